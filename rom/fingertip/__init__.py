@@ -1,0 +1,21 @@
+"""The fingertip: anatomy in, mesh and matrices out."""
+
+from rom.fingertip.anatomy import TISSUES, Anatomy, Tissue
+from rom.fingertip.fingertip import PRESETS, Fingertip
+from rom.fingertip.interpolation import interpolation_from
+from rom.fingertip.mesh import FingertipMesh, build_mesh
+from rom.fingertip.shape import SurfaceShape
+from rom.fingertip.shell import MeshDensity
+
+__all__ = [
+    "PRESETS",
+    "TISSUES",
+    "Anatomy",
+    "Fingertip",
+    "FingertipMesh",
+    "MeshDensity",
+    "SurfaceShape",
+    "Tissue",
+    "build_mesh",
+    "interpolation_from",
+]

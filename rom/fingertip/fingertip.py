@@ -1,0 +1,213 @@
+"""The fingertip as a linear second-order model: anatomy in, matrices and loads out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import operator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal, Self, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+
+from rom.fingertip import elasticity
+from rom.fingertip.anatomy import Anatomy
+from rom.fingertip.elements import Formulation, check_formulation
+from rom.fingertip.mesh import FingertipMesh, build_mesh
+from rom.fingertip.shell import Floats, Ints, MeshDensity
+
+Rear = Literal["free", "fixed"]
+
+PRESETS = {
+    # 11,817 nodes, 10,240 elements and 512 rear nodes, beside the modal study's 11,637, 10,080 and 512
+    "study": MeshDensity((16, 16), 8, 8),
+    # 7,695 nodes and 239 pad nodes, beside the metamodel study's 7,677 and 239
+    "metamodel": MeshDensity((14, 16), 6, 4),
+}
+"""Mesh densities of the presets, by name."""
+
+
+@dataclass(frozen=True)
+class Fingertip:
+    """A fingertip on a rigid bone.
+
+    Nothing is computed before it is asked for, and everything is kept; stiffness never needs the mass.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+    density : MeshDensity
+    formulation : {"b-bar", "full"}
+        "full" is as published and stiffens as nu -> 1/2; "b-bar" does not.
+    rear : {"free", "fixed"}
+        The section at the joint; the bone is always fixed.
+
+    Raises
+    ------
+    ValueError
+        For an unknown formulation or rear condition.
+    """
+
+    anatomy: Anatomy = field(default_factory=Anatomy)
+    density: MeshDensity = PRESETS["study"]
+    formulation: Formulation = "b-bar"
+    rear: Rear = "free"
+
+    def __post_init__(self) -> None:
+        check_formulation(self.formulation)
+        if self.rear not in get_args(Rear):
+            raise ValueError(f"The rear is {self.rear!r}, but it can only be free or fixed: choose one.")
+
+    @classmethod
+    def preset(cls, name: str, **overrides: Any) -> Self:
+        """Return the fingertip with the mesh of a published study: "study" or "metamodel".
+
+        Parameters
+        ----------
+        name : {"study", "metamodel"}
+        **overrides
+            Any constructor argument.
+
+        Raises
+        ------
+        ValueError
+            For an unknown name.
+        """
+        if name not in PRESETS:
+            raise ValueError(f"There is no preset {name!r}: choose one of {', '.join(PRESETS)}.")
+        return replace(cls(density=PRESETS[name]), **overrides)
+
+    @cached_property
+    def mesh(self) -> FingertipMesh:
+        """FingertipMesh"""
+        return build_mesh(self.anatomy, self.density)
+
+    @cached_property
+    def free_dofs(self) -> Ints:
+        """(n_free,) ndarray : ascending dofs, 3 x node + component, of the nodes that can move."""
+        moves = np.ones(self.mesh.n_nodes, dtype=bool)
+        moves[self.mesh.bone_nodes] = False
+        if self.rear == "fixed":
+            moves[self.mesh.rear_nodes] = False
+        return np.flatnonzero(np.repeat(moves, 3))
+
+    @cached_property
+    def stiffness_by_tissue(self) -> dict[str, sparse.csc_matrix]:
+        """dict of (n_free, n_free) csc_matrix [N/m] : by tissue name; their sum is `stiffness`."""
+        return self._on_free_dofs(elasticity.stiffness_by_tissue(self.mesh, self.anatomy, self.formulation))
+
+    @cached_property
+    def mass_by_tissue(self) -> dict[str, sparse.csc_matrix]:
+        """dict of (n_free, n_free) csc_matrix [kg] : by tissue name; their sum is `mass`."""
+        return self._on_free_dofs(elasticity.mass_by_tissue(self.mesh, self.anatomy))
+
+    @cached_property
+    def stiffness(self) -> sparse.csc_matrix:
+        """(n_free, n_free) csc_matrix [N/m] : symmetric, positive definite."""
+        return sparse.csc_matrix(sum(self.stiffness_by_tissue.values()))
+
+    @cached_property
+    def mass(self) -> sparse.csc_matrix:
+        """(n_free, n_free) csc_matrix [kg] : symmetric, positive definite."""
+        return sparse.csc_matrix(sum(self.mass_by_tissue.values()))
+
+    def point_force(self, node: int, vector: ArrayLike) -> Floats:
+        """Force on one node, as a right-hand side.
+
+        Parameters
+        ----------
+        node : int
+            Mesh node that can move.
+        vector : (3,) array_like [N]
+
+        Returns
+        -------
+        force : (n_free,) ndarray [N]
+
+        Raises
+        ------
+        ValueError
+            For a node that does not exist or is held, or a vector that is not three finite numbers.
+        """
+        components = np.asarray(vector, dtype=float)
+        if components.shape != (3,) or not np.isfinite(components).all():
+            raise ValueError(f"The force is {vector!r}, but it needs three finite components: give them in N.")
+        index = operator.index(node)
+        if not 0 <= index < self.mesh.n_nodes:
+            raise ValueError(
+                f"Node {index} does not exist, as nodes go from 0 to {self.mesh.n_nodes - 1}: choose one of them."
+            )
+        row = int(np.searchsorted(self.free_dofs, 3 * index))
+        if row == len(self.free_dofs) or self.free_dofs[row] != 3 * index:
+            raise ValueError(
+                f"Node {index} is held (bone or fixed rear) and cannot carry a load: choose a free node, "
+                "e.g. one of mesh.pad_nodes."
+            )
+        force = np.zeros(len(self.free_dofs))
+        force[row : row + 3] = components
+        return force
+
+    def normal_force(self, pad_index: int) -> Floats:
+        """Unit force along the inward normal of a pad node: it pushes into the skin.
+
+        Parameters
+        ----------
+        pad_index : int
+            Position in ``mesh.pad_nodes``.
+
+        Returns
+        -------
+        force : (n_free,) ndarray [N]
+
+        Raises
+        ------
+        ValueError
+            For a position outside the pad, or a pad node that a fixed rear holds.
+        """
+        index, count = operator.index(pad_index), len(self.mesh.pad_nodes)
+        if not 0 <= index < count:
+            raise ValueError(
+                f"Pad index {index} is outside the pad, as mesh.pad_nodes has positions 0 to {count - 1}: "
+                "choose one of them."
+            )
+        node = int(self.mesh.pad_nodes[index])
+        return self.point_force(node, -self.mesh.normals[node])
+
+    @cached_property
+    def pad_loads(self) -> sparse.csc_matrix:
+        """(n_free, n_pad) csc_matrix [N] : column j is ``normal_force(j)``.
+
+        Raises
+        ------
+        ValueError
+            If the pad reaches a fixed rear.
+        """
+        pad = self.mesh.pad_nodes
+        dofs = (3 * pad[:, None] + np.arange(3)).ravel()
+        if not np.isin(dofs, self.free_dofs).all():
+            raise ValueError("The pad reaches the fixed rear, but held nodes carry no load: raise pad_start.")
+        rows = np.searchsorted(self.free_dofs, dofs)
+        starts, shape = 3 * np.arange(len(pad) + 1), (len(self.free_dofs), len(pad))
+        return sparse.csc_matrix((-self.mesh.normals[pad].ravel(), rows, starts), shape=shape)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a JSON-able dict of all that defines this fingertip."""
+        return {
+            "anatomy": self.anatomy.to_dict(),
+            "density": self.density.to_dict(),
+            "formulation": self.formulation,
+            "rear": self.rear,
+        }
+
+    @cached_property
+    def content_hash(self) -> str:
+        """str : sha256 over the definition and the mesh it leads to: changes with whatever changes results."""
+        definition = json.dumps(self.to_dict() | {"mesh": self.mesh.mesh_hash}, sort_keys=True)
+        return hashlib.sha256(definition.encode()).hexdigest()
+
+    def _on_free_dofs(self, matrices: dict[str, sparse.csr_matrix]) -> dict[str, sparse.csc_matrix]:
+        free = self.free_dofs
+        return {name: sparse.csc_matrix(matrix[free][:, free]) for name, matrix in matrices.items()}

@@ -1,0 +1,90 @@
+"""What table 1 leaves open about the surfaces: assumptions, each with its reason.
+
+The published text gives dimensions, not surfaces ("quarter ellipsoids, slightly deflated inward and inflated
+outward").  The numbers below were chosen among some sixty shapes by comparison with the published volume and
+natural frequencies: they are calibration, and agreement with those figures is no prediction.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+from dataclasses import dataclass, fields
+from typing import Any
+
+from rom.errors import AnatomyError
+
+
+def real_number(name: str, value: Any) -> float:
+    """Return `value` as a float, or raise AnatomyError if it is not a finite real number."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or not math.isfinite(value):
+        raise AnatomyError(f"{name} is {value!r}, but it must be a finite real number: give a plain number.")
+    return float(value)
+
+
+@dataclass(frozen=True)
+class SurfaceShape:
+    """Assumptions about exterior, bone and pad.
+
+    Parameters
+    ----------
+    lower_exponent : float [-]
+        Exponent of the lower front surface.  Calibrated: gives the published volume, 4084.8 mm3.
+        (The upper exponent is no assumption: it follows from the nail's height.)
+    dorsal_fraction : float [-]
+        Share of the height above the widest section.  Assumed: halves alike.
+    bone_axis_rise : float [mm]
+        How much higher the bone's axis lies at its tip than at the joint.  Assumed: a level axis.
+    bone_base_length : float [mm]
+        Length of the bone's constant proximal section.  Calibrated: natural frequencies one to seven.
+    tuft_fraction : float [-]
+        Where the tuft is widest, from neck (0) to bone tip (1).  Chosen from three tried values.
+    pad_centre : float [-]
+        Pad centre's x over the fingertip's length.  Assumed: half way, the "center of the finger pad".
+    pad_start : float [-]
+        The loadable pad is the skin distal of this share of the fingertip's length, away from the rear
+        edge, and
+    pad_depth : float [-]
+        below the widest section by this share of the palmar height, away from the nail.
+        Both chosen: the `metamodel` preset then holds the published 239 nodes.
+    least_hypodermis : float [-]
+        Least share of hypodermis in the tissue over the bone; where the skin's layers would leave less,
+        they are squeezed alike.  Assumed: acts beside the bone's base only, where table 1 leaves 0.1 mm.
+
+    Raises
+    ------
+    AnatomyError
+        For a value outside its bounds.
+    """
+
+    lower_exponent: float = 3.818
+    dorsal_fraction: float = 0.5
+    bone_axis_rise: float = 0.0
+    bone_base_length: float = 5.0
+    tuft_fraction: float = 2 / 3
+    pad_centre: float = 0.5
+    pad_start: float = 0.23
+    pad_depth: float = 0.365
+    least_hypodermis: float = 0.07
+
+    def __post_init__(self) -> None:
+        bounds = {
+            "lower_exponent": (1.05, 12.0),
+            "dorsal_fraction": (0.2, 0.8),
+            "bone_axis_rise": (-10.0, 10.0),
+            "bone_base_length": (0.0, 100.0),
+            "tuft_fraction": (0.05, 0.95),
+            "pad_centre": (0.05, 0.95),
+            "pad_start": (0.0, 0.95),
+            "pad_depth": (0.0, 0.95),
+            "least_hypodermis": (0.01, 0.5),
+        }
+        for item in fields(self):
+            value = real_number(f"SurfaceShape {item.name}", getattr(self, item.name))
+            low, high = bounds[item.name]
+            if not low <= value <= high:
+                raise AnatomyError(
+                    f"SurfaceShape {item.name} is {value:g}, but it must lie between {low:g} and {high:g}: "
+                    "choose a value inside."
+                )
+            object.__setattr__(self, item.name, value)
