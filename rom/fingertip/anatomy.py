@@ -234,8 +234,8 @@ class Anatomy:
         low, high = 1.05, 12.0
         if not excess(high) <= 0 <= excess(low):
             raise AnatomyError(
-                f"Anatomy nail_height is {self.nail_height:g} mm, but a nail {self.nail_width:g} mm wide can only "
-                f"be {excess(high) + self.nail_height:.3g} to {excess(low) + self.nail_height:.3g} mm high: "
+                f"Anatomy nail_height is {self.nail_height:g} mm, but a nail "
+                f"{self.nail_width:g} mm wide can only be {excess(high) + self.nail_height:.3g} to {excess(low) + self.nail_height:.3g} mm high: "
                 "change the nail's height or width."
             )
         return float(brentq(excess, low, high, xtol=1e-13))
@@ -261,7 +261,8 @@ class Anatomy:
         """Return a copy with one tissue changed, e.g. ``replace_tissue("dermis", poisson_ratio=0.495)``."""
         tissue = self.tissue(name)
         _refuse_unknown("Tissue", changes, {item.name for item in fields(Tissue)})
-        return dataclasses.replace(self, **{name: dataclasses.replace(tissue, **changes)})
+        changed: dict[str, Any] = {name: dataclasses.replace(tissue, **changes)}
+        return dataclasses.replace(self, **changed)
 
     def replace_shape(self, **changes: float) -> Self:
         """Return a copy with the surface shape changed, e.g. ``replace_shape(bone_axis_rise=0.8)``."""

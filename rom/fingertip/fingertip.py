@@ -134,12 +134,11 @@ class Fingertip:
         """
         components = np.asarray(vector, dtype=float)
         if components.shape != (3,) or not np.isfinite(components).all():
-            raise ValueError(f"The force is {vector!r}, but it needs three finite components: give them in N.")
+            raise ValueError(f"The force is {vector!r}, but it needs three finite components [N]: give x, y, z.")
         index = operator.index(node)
         if not 0 <= index < self.mesh.n_nodes:
-            raise ValueError(
-                f"Node {index} does not exist, as nodes go from 0 to {self.mesh.n_nodes - 1}: choose one of them."
-            )
+            last = self.mesh.n_nodes - 1
+            raise ValueError(f"Node {index} does not exist, as nodes go from 0 to {last}: choose one of them.")
         row = int(np.searchsorted(self.free_dofs, 3 * index))
         if row == len(self.free_dofs) or self.free_dofs[row] != 3 * index:
             raise ValueError(
@@ -204,7 +203,7 @@ class Fingertip:
 
     @cached_property
     def content_hash(self) -> str:
-        """str : sha256 over the definition and the mesh it leads to: changes with whatever changes results."""
+        """str : sha256 over the definition and the mesh it leads to; changes with whatever changes results."""
         definition = json.dumps(self.to_dict() | {"mesh": self.mesh.mesh_hash}, sort_keys=True)
         return hashlib.sha256(definition.encode()).hexdigest()
 

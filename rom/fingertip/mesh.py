@@ -265,5 +265,6 @@ def _check_jacobians(nodes: Floats, hexahedra: Ints) -> None:
         x, y, z = corners[bad[0]].mean(axis=0) / MILLIMETRE
         raise AnatomyError(
             f"{bad.size} of {len(hexahedra)} elements are inverted, the first near "
-            f"({x:.1f}, {y:.1f}, {z:.1f}) mm, and all must be upright: bring the bone's sections or the surface exponents nearer to the defaults."
+            f"({x:.1f}, {y:.1f}, {z:.1f}) mm, and all must be upright: "
+            "bring the bone's sections or the surface exponents nearer to the defaults."
         )

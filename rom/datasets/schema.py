@@ -1,0 +1,115 @@
+"""The one schema of every dataset: dimensions, units, the UGRID mesh, and complex numbers on disk.
+
+In memory a harmonic ``displacement`` is complex; on disk it has the extra dimension ``part = [real, imag]``, so that
+plain netCDF tools can read it. Both directions are here and nowhere else. Coordinates are in metres, forces in newton.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rom.errors import SchemaError
+from rom.fingertip import TISSUES
+from rom.scenes import Scene
+
+SCHEMA_VERSION = "1.0"
+CONVENTIONS = "CF-1.11 UGRID-1.0"
+PARTS = ["real", "imag"]
+
+SPLIT_FLAGS = {"unused": 0, "train": 1, "test": 2}
+
+
+def to_parts(values: np.ndarray) -> np.ndarray:
+    """(..., 2) ndarray of real and imaginary parts; a view where the memory allows it."""
+    values = np.ascontiguousarray(values)
+    return values.view(values.real.dtype).reshape(*values.shape, 2)
+
+
+def from_parts(values: np.ndarray) -> np.ndarray:
+    """The complex array that :func:`to_parts` took apart."""
+    values = np.ascontiguousarray(values)
+    return values.view(np.result_type(values.dtype, np.complex64))[..., 0]
+
+
+def encode_complex(data: xr.Dataset) -> xr.Dataset:
+    """Replace every complex variable by real ones with the trailing dimension ``part``."""
+    encoded = data.copy()
+    for name, variable in data.data_vars.items():
+        if np.iscomplexobj(variable):
+            encoded[name] = ((*variable.dims, "part"), to_parts(variable.values), variable.attrs)
+            encoded = encoded.assign_coords(part=("part", PARTS, {"long_name": "part of a complex number"}))
+    return encoded
+
+
+def decode_complex(data: xr.Dataset) -> xr.Dataset:
+    """The inverse of :func:`encode_complex`."""
+    if "part" not in data.dims:
+        return data
+    decoded = data.drop_vars("part")
+    for name, variable in data.data_vars.items():
+        if "part" in variable.dims:
+            values = from_parts(variable.transpose(..., "part").values)
+            decoded[name] = (tuple(d for d in variable.dims if d != "part"), values, variable.attrs)
+    return decoded
+
+
+def mesh_variables(scene: Scene) -> dict[str, tuple]:
+    """UGRID description of the scene's mesh: topology, connectivity, tissues."""
+    mesh = scene.fingertip.mesh
+    return {
+        "mesh": ((), np.int32(0), {
+            "cf_role": "mesh_topology", "topology_dimension": np.int32(3), "long_name": "fingertip mesh",
+            "node_coordinates": "node_x node_y node_z", "volume_node_connectivity": "mesh_volume_nodes",
+            "volume_dimension": "hexahedron", "volume_shape_type": "mesh_volume_shape"}),
+        "mesh_volume_nodes": (("hexahedron", "corner"), mesh.hexahedra.astype(np.int32), {
+            "cf_role": "volume_node_connectivity", "start_index": np.int32(0), "long_name": "corners of a hexahedron"}),
+        "mesh_volume_shape": (("hexahedron",), np.zeros(len(mesh.hexahedra), dtype=np.int8), {
+            "cf_role": "volume_shape_type", "flag_values": np.int8(0), "flag_meanings": "hexahedron"}),
+        "tissue": (("hexahedron",), mesh.tissue.astype(np.int8), {
+            "long_name": "tissue of an element", "flag_values": np.arange(len(TISSUES), dtype=np.int8),
+            "flag_meanings": " ".join(TISSUES), "mesh": "mesh", "location": "volume"}),
+    }
+
+
+def dataset_attributes(scene: Scene) -> dict[str, str]:
+    """Attributes by which a file is recognised and tied to its mesh and scene."""
+    return {
+        "Conventions": CONVENTIONS, "schema_version": SCHEMA_VERSION, "title": scene.title, "scene": scene.name,
+        "scene_parameters": scene.to_json(), "scene_hash": scene.content_hash,
+        "mesh_hash": scene.fingertip.mesh.mesh_hash}
+
+
+def check_schema(data: xr.Dataset, source: str) -> None:
+    """Refuse a dataset that is not ours or not of this version.
+
+    Raises
+    ------
+    SchemaError
+        Naming ``source`` and what is wrong with it.
+    """
+    version = data.attrs.get("schema_version")
+    if version is None:
+        raise SchemaError(f"{source} is no fingertip-rom dataset: it carries no schema_version; "
+                          "make one with `rom dataset`")
+    if version != SCHEMA_VERSION:
+        raise SchemaError(f"{source} has schema version {version}, this software reads {SCHEMA_VERSION}: "
+                          "make the dataset again with `rom dataset`")
+    missing = [name for name in ("load_node", "force_amplitude", "displacement") if name not in data.variables]
+    if missing:
+        raise SchemaError(f"{source} lacks {', '.join(missing)}: make the dataset again with `rom dataset`")
+
+
+def check_scene(data: xr.Dataset, scene: Scene, source: str = "the dataset") -> None:
+    """Refuse a dataset of another scene, anatomy or mesh.
+
+    Raises
+    ------
+    SchemaError
+    """
+    if data.attrs.get("scene") != scene.name:
+        raise SchemaError(f"{source} belongs to the scene {data.attrs.get('scene')!r}, not to {scene.name!r}: "
+                          "give a dataset of this scene")
+    if data.attrs.get("scene_hash") != scene.content_hash:
+        raise SchemaError(f"{source} belongs to another anatomy or mesh ({str(data.attrs.get('scene_hash'))[:12]} instead "
+                          f"of {scene.content_hash[:12]}): make it again for this fingertip")

@@ -1,0 +1,190 @@
+"""Snapshots: cases of a scene with the full-order model's answers, made in resumable pieces.
+
+Each finished piece is a whole small file in ``FILE.pieces/``; a killed run finds them again and solves only what is
+missing. The final file is assembled under a temporary name and renamed, then the pieces are removed.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rom.datasets.schema import check_scene, dataset_attributes, mesh_variables
+from rom.datasets.splits import split_variables
+from rom.datasets.storage import read_netcdf, write_dataset, write_netcdf
+from rom.errors import SchemaError, SolverError
+from rom.provenance import source_digest, stamp
+from rom.scenes import CaseArrays, Scene
+
+RESIDUAL_LIMIT = 1e-10
+"""Largest relative residual ||Z u - f|| / ||f|| with which an answer is stored as truth."""
+PIECE_CASES = 64
+Progress = Callable[[Iterable], Iterable]
+
+
+def draw_cases(scene: Scene, count: int, beyond: int = 0, seed: int = 0) -> tuple[CaseArrays, xr.Dataset]:
+    """``count`` cases within the published ranges and ``beyond`` outside them, with both splits.
+
+    Returns
+    -------
+    arrays : CaseArrays
+    cases : xr.Dataset
+        The same, labelled, with ``split_published``, ``split_hard`` and ``hard_region``.
+
+    Raises
+    ------
+    ValueError
+        For a count below one.
+    """
+    if count < 1 or beyond < 0:
+        raise ValueError(f"{count} cases and {beyond} beyond the ranges cannot be drawn: ask for at least one case")
+    arrays = scene.sample(count, seed)
+    if beyond:
+        arrays = concatenate(arrays, scene.sample_beyond(beyond, seed))
+    cases = scene.cases_from(arrays)
+    return arrays, cases.assign(split_variables(scene, arrays, count, seed))
+
+
+def concatenate(first: CaseArrays, second: CaseArrays) -> CaseArrays:
+    """One block of cases after another, padded to the same number of forces."""
+    width = max(first.node.shape[1], second.node.shape[1])
+    def pad(a: np.ndarray) -> np.ndarray:
+        return np.pad(a, ((0, 0), (0, width - a.shape[1])))
+    def join(a, b):
+        return None if a is None else np.concatenate([a, b])
+    return CaseArrays(np.concatenate([pad(first.node), pad(second.node)]),
+                      np.concatenate([pad(first.force), pad(second.force)]),
+                      join(first.frequency, second.frequency), join(first.loss_factor, second.loss_factor))
+
+
+def solve_cases(scene: Scene, arrays: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
+    """Direct answers and their relative residuals, one factorization a group.
+
+    Returns
+    -------
+    displacement : (n_case, n_free) ndarray [m]
+    residual : (n_case,) ndarray
+        ``||Z u - f|| / ||f||``.
+
+    Raises
+    ------
+    SolverError
+        Where a residual stays above :data:`RESIDUAL_LIMIT`.
+    """
+    model = scene.full_order
+    values = np.empty((len(arrays), scene.n_free), dtype=scene.dtype)
+    residual = np.empty(len(arrays))
+    for group in scene.groups(arrays):
+        block = arrays.take(group)
+        force = scene.force_vectors(block)
+        if scene.harmonic:
+            point = float(block.frequency[0]), float(block.loss_factor[0])
+            answer = model.solve_harmonic(force, *point)
+            residual[group] = model.residual(answer, force, *point)
+        else:
+            answer = model.solve_static(force)
+            residual[group] = model.residual(answer, force)
+        values[group] = answer.T
+    if not (residual <= RESIDUAL_LIMIT).all():
+        worst = int(np.argmax(residual))
+        raise SolverError(f"case {worst} was solved with relative residual {residual[worst]:.1e}, above {RESIDUAL_LIMIT:g}: "
+                          "the matrix is too ill-conditioned for a direct truth")
+    return values, residual
+
+
+def make_dataset(scene: Scene, count: int, path: str | Path, *, beyond: int = 0, seed: int = 0,
+                 compress: bool = False, progress: Progress = iter) -> Path:
+    """Make the dataset ``path``, or finish the one whose pieces an earlier run left.
+
+    Parameters
+    ----------
+    count, beyond : int
+        Cases within and outside the published ranges.
+    progress : callable
+        Wraps the iteration over pieces, to show a bar.
+
+    Raises
+    ------
+    SchemaError
+        Where pieces of another recipe lie at the same place.
+    OSError
+        Where the disk is full; finished pieces stay and the next run goes on from them.
+    """
+    path = Path(path)
+    arrays, cases = draw_cases(scene, count, beyond, seed)
+    recipe = {"scene": json.loads(scene.to_json()), "cases": count, "beyond": beyond, "seed": seed,
+              "source": source_digest("fullorder", "fingertip", "scenes", "datasets")}
+    folder = path.with_name(path.name + ".pieces")
+    _claim(folder, recipe)
+    pieces = _pieces(scene, arrays)
+    for k in progress(range(len(pieces))):
+        _make_piece(scene, arrays.take(pieces[k]), pieces[k], folder / f"{k:05d}.nc")
+    write_dataset(_assemble(scene, cases, folder, len(pieces)), path, compress)
+    shutil.rmtree(folder)
+    return path
+
+
+def _claim(folder: Path, recipe: dict) -> None:
+    """Create the folder of pieces with its recipe, or check that the one found has the same."""
+    note = folder / "recipe.json"
+    if note.exists():
+        if json.loads(note.read_text(encoding="utf-8")) != recipe:
+            raise SchemaError(f"{folder} holds pieces of another recipe (scene, cases, seed or software differ): "
+                              "delete that folder or write to another file")
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    temporary = folder / "recipe.partial"
+    temporary.write_text(json.dumps(recipe), encoding="utf-8")
+    temporary.replace(note)
+
+
+def _pieces(scene: Scene, arrays: CaseArrays) -> list[np.ndarray]:
+    """Whole groups gathered into pieces of about PIECE_CASES cases; a larger group is cut."""
+    pieces: list[np.ndarray] = []
+    gathered: list[np.ndarray] = []
+    for group in scene.groups(arrays):
+        for part in np.array_split(group, max(1, -(-len(group) // PIECE_CASES))):
+            gathered.append(part)
+            if sum(map(len, gathered)) >= PIECE_CASES:
+                pieces.append(np.concatenate(gathered))
+                gathered = []
+    return pieces + ([np.concatenate(gathered)] if gathered else [])
+
+
+def _make_piece(scene: Scene, arrays: CaseArrays, index: np.ndarray, path: Path) -> None:
+    if path.exists():
+        return
+    start = time.perf_counter()
+    values, residual = solve_cases(scene, arrays)
+    seconds = (time.perf_counter() - start) / len(arrays)
+    write_netcdf(xr.Dataset({"displacement": (("case", "dof"), values), "residual": ("case", residual),
+                             "seconds": ("case", np.full(len(arrays), seconds))},
+                            coords={"case": index}), path)
+
+
+def _assemble(scene: Scene, cases: xr.Dataset, folder: Path, n_pieces: int) -> xr.Dataset:
+    n_case = cases.sizes["case"]
+    values = np.empty((n_case, scene.n_free), dtype=scene.dtype)
+    residual, seconds = np.empty(n_case), np.empty(n_case)
+    for k in range(n_pieces):
+        piece = read_netcdf(folder / f"{k:05d}.nc")
+        index = piece["case"].values
+        values[index] = piece["displacement"].values
+        residual[index], seconds[index] = piece["residual"].values, piece["seconds"].values
+    data = scene.label(cases, values, "field")
+    data = data.assign(
+        residual=("case", residual, {"long_name": "relative residual ||Z u - f|| / ||f|| of the direct solve",
+                                     "units": "1"}),
+        solve_seconds=("case", seconds, {"long_name": "wall time of the direct solve, factorizations shared",
+                                         "units": "s"}),
+        **mesh_variables(scene))
+    data["displacement"].attrs.update(mesh="mesh", location="node")
+    data.attrs = {**dataset_attributes(scene), **stamp()}
+    check_scene(data, scene)
+    return data

@@ -1,0 +1,70 @@
+"""Which cases are learned from and which are held out.
+
+``published``: a random 20 % of the cases within the published ranges is held out. ``hard``: whole load nodes, whole
+frequency bands and everything beyond the published ranges are held out. A validation set is always carved from the
+training part, never from the held-out one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rom.datasets.schema import SPLIT_FLAGS
+from rom.scenes import CaseArrays, Scene
+
+SPLITS = ("published", "hard")
+HELD_OUT_FRACTION = 0.2
+
+
+def split_variables(scene: Scene, arrays: CaseArrays, n_within: int, seed: int) -> dict[str, tuple]:
+    """Variables ``split_published``, ``split_hard`` and ``hard_region`` for the first ``n_within`` cases and those beyond.
+
+    Parameters
+    ----------
+    arrays : CaseArrays
+        Cases within the published ranges first.
+    n_within : int
+        How many they are.
+    seed : int
+        Decides the random 20 % and the held-out nodes.
+    """
+    count = len(arrays)
+    published = np.full(count, SPLIT_FLAGS["unused"], dtype=np.int8)
+    published[:n_within] = SPLIT_FLAGS["train"]
+    rng = np.random.default_rng([seed, 20])
+    published[rng.permutation(n_within)[:round(HELD_OUT_FRACTION * n_within)]] = SPLIT_FLAGS["test"]
+    region = scene.hard_region(arrays, seed).astype(np.int8)
+    hard = np.where(region > 0, SPLIT_FLAGS["test"], SPLIT_FLAGS["train"]).astype(np.int8)
+    flags = {"flag_values": np.array(list(SPLIT_FLAGS.values()), dtype=np.int8), "flag_meanings": " ".join(SPLIT_FLAGS)}
+    names = ["within training"] + list(scene.regions)
+    return {
+        "split_published": ("case", published, {"long_name": "random 20 % held out", **flags}),
+        "split_hard": ("case", hard, {"long_name": "whole nodes, bands and ranges held out", **flags}),
+        "hard_region": ("case", region, {
+            "long_name": "why a case is held out by the hard split",
+            "flag_values": np.arange(len(names), dtype=np.int8),
+            "flag_meanings": " ".join(name.replace(" ", "_") for name in names)}),
+    }
+
+
+def select(data: xr.Dataset, split: str, part: str) -> np.ndarray:
+    """Integer positions of the cases that are ``part`` (train or test) of ``split``.
+
+    Raises
+    ------
+    ValueError
+        For a split or part that does not exist.
+    """
+    if split not in SPLITS:
+        raise ValueError(f"{split!r} is no split: choose one of {', '.join(SPLITS)}")
+    if part not in SPLIT_FLAGS:
+        raise ValueError(f"{part!r} is no part of a split: choose one of {', '.join(SPLIT_FLAGS)}")
+    return np.flatnonzero(data[f"split_{split}"].values == SPLIT_FLAGS[part])
+
+
+def carve_validation(count: int, fraction: float = 0.1, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Positions of training and validation cases among ``count`` training cases."""
+    order = np.random.default_rng([seed, 21]).permutation(count)
+    held = max(1, round(fraction * count))
+    return np.sort(order[held:]), np.sort(order[:held])

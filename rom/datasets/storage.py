@@ -1,0 +1,93 @@
+"""Files that appear whole or not at all, and are refused by name when they are not ours."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import xarray as xr
+
+from rom.datasets.schema import check_schema, decode_complex, encode_complex
+from rom.errors import SchemaError
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[Path]:
+    """Yield a temporary name beside ``path``; rename it to ``path`` on success, remove it on failure.
+
+    Raises
+    ------
+    OSError
+        Where the folder cannot be written or the disk is full.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        yield temporary
+        with open(temporary, "rb") as written:
+            os.fsync(written.fileno())
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_netcdf(data: xr.Dataset, path: str | Path, compress: bool = False) -> None:
+    """Write a dataset, complex variables as parts, atomically."""
+    encoded = encode_complex(data)
+    encoding = {name: {"zlib": True, "complevel": 4, "shuffle": True} for name in encoded.data_vars
+                if compress and encoded[name].size > 1000}
+    with whole_file(path) as temporary:
+        try:
+            encoded.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        except RuntimeError as error:  # how netCDF4 words a failed write
+            raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
+
+
+def write_dataset(data: xr.Dataset, path: str | Path, compress: bool = False) -> None:
+    """Write a dataset of the schema atomically; see :func:`write_netcdf`."""
+    check_schema(data, str(path))
+    write_netcdf(data, path, compress)
+
+
+def open_netcdf(path: str | Path) -> xr.Dataset:
+    """Open a netCDF file lazily, parts undecoded.
+
+    Raises
+    ------
+    SchemaError
+        Where the file is missing, truncated or no netCDF file.
+    """
+    if not Path(path).is_file():
+        raise SchemaError(f"{path} does not exist: make it with `rom dataset`, or correct the path")
+    try:
+        return xr.open_dataset(path, engine="netcdf4")
+    except (OSError, ValueError, RuntimeError) as error:
+        raise SchemaError(f"{path} is truncated or no netCDF file: delete it and make it again") from error
+
+
+def read_netcdf(path: str | Path) -> xr.Dataset:
+    """Read a netCDF file into memory, parts joined to complex numbers."""
+    with open_netcdf(path) as data:
+        try:
+            return decode_complex(data.load())
+        except (OSError, RuntimeError) as error:
+            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
+
+
+def read_dataset(path: str | Path, cases=None) -> xr.Dataset:
+    """Read a dataset of the schema, or only the cases selected by integers, a slice or a mask.
+
+    Raises
+    ------
+    SchemaError
+        Where the file is missing, truncated, foreign or of another schema version.
+    """
+    with open_netcdf(path) as data:
+        check_schema(data, str(path))
+        try:
+            return decode_complex((data if cases is None else data.isel(case=cases)).load())
+        except (OSError, RuntimeError) as error:
+            raise SchemaError(f"{path} is damaged: delete it and make it again") from error

@@ -1,0 +1,98 @@
+"""Load-dependent vectors: Lanczos on K^-1 M in the K inner product, deflated of the kept modes.
+
+Started from the static response of what the modes leave of a load, v = K^-1 f - sum phi_k (phi_k^T f) / lambda_k, the
+vectors Q satisfy Q^T K Q = I and Q^T M Q = T (tridiagonal), and Q^T f = beta_0 e_1. Galerkin's reduced system is thus
+((1 + i eta) I - omega^2 T) y = beta_0 e_1, and its residual r is known without a solve:
+
+    K^-1 r = omega^2 beta_p y_p q_(p+1),    ||r||_(K^-1) = omega^2 beta_p |y_p|,
+
+which costs one scalar a load. With T = S diag(theta) S^T the answer is a sum of poles, like the modes' own.
+(Wilson, Yuan, Dickens 1982 for load-dependent Ritz vectors; Nour-Omid and Clough 1984 for their Lanczos form.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from rom.fullorder import Modes, SecondOrderModel
+
+BREAKDOWN = 1e-12
+"""Ratio of successive norms below which the Krylov space is exhausted."""
+
+
+@dataclass(frozen=True)
+class LoadVectors:
+    """Ritz vectors of each load in the space that the modes leave.
+
+    vectors : (n_load, p, n) ndarray [m J^-1/2]
+        ``vectors[l] K vectors[l]^T = I``, all K-orthogonal to the modes.
+    theta : (n_load, p) ndarray [s^2]
+        Eigenvalues of T: reciprocals of the Ritz values.
+    first, last : (n_load, p) ndarray
+        First row of S times beta_0 [J^1/2]; last row of S.
+    beta : (n_load,) ndarray [s^2]
+        Norm of the vector that would come next.
+    """
+
+    vectors: np.ndarray
+    theta: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    beta: np.ndarray
+
+
+def load_vectors(model: SecondOrderModel, modes: Modes, loads: np.ndarray, count: int) -> LoadVectors:
+    """``count`` load-dependent vectors for each column of ``loads``.
+
+    Parameters
+    ----------
+    model : SecondOrderModel
+    modes : Modes
+        Kept modes, mass-orthonormal.
+    loads : (n, n_load) ndarray [N]
+    count : int
+        At least one; one vector is the residual flexibility.
+
+    Raises
+    ------
+    ValueError
+        For a count below one.
+    """
+    if count < 1:
+        raise ValueError(f"{count} load-dependent vectors are too few: ask for one or more, or use the method `modal`")
+    n, n_load = loads.shape
+    stiffness, mass = sp.csr_matrix(model.stiffness), sp.csr_matrix(model.mass)
+    shape = modes.shape
+    mass_shape = mass @ shape
+
+    def deflate(block: np.ndarray) -> np.ndarray:
+        return block - shape @ (mass_shape.T @ block)
+
+    def next_direction(block: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        norm = np.sqrt(np.einsum("ij,ij->j", block, stiffness @ block))
+        return block / np.where(norm > 0, norm, 1.0), norm
+
+    krylov = np.zeros((count + 1, n, n_load))
+    alpha, beta = np.zeros((count, n_load)), np.zeros((count + 1, n_load))
+    krylov[0], beta[0] = next_direction(deflate(deflate(model.solve_static(loads))))
+    for j in range(count):
+        weighted = mass @ krylov[j]
+        block = deflate(model.solve_static(weighted))
+        alpha[j] = np.einsum("ij,ij->j", krylov[j], weighted)
+        for _ in range(2):  # twice is enough: full re-orthogonalisation in the K inner product
+            stiff = stiffness @ block
+            for i in range(j + 1):
+                block -= krylov[i] * np.einsum("ij,ij->j", krylov[i], stiff)
+        krylov[j + 1], beta[j + 1] = next_direction(deflate(block))
+        exhausted = beta[j + 1] <= BREAKDOWN * alpha[j]
+        krylov[j + 1][:, exhausted], beta[j + 1, exhausted] = 0.0, 0.0
+    tridiagonal = np.zeros((n_load, count, count))
+    i = np.arange(count)
+    tridiagonal[:, i, i] = alpha.T
+    tridiagonal[:, i[1:], i[:-1]] = tridiagonal[:, i[:-1], i[1:]] = beta[1:count].T
+    theta, s = np.linalg.eigh(tridiagonal)
+    vectors = np.einsum("lij,inl->ljn", s, krylov[:count], optimize=True)
+    return LoadVectors(vectors, theta, beta[0][:, None] * s[:, 0, :], s[:, -1, :].copy(), beta[count])

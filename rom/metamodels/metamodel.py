@@ -1,0 +1,214 @@
+"""What every metamodel is: `fit`, a labelled `predict`, a lean `evaluate`, `save` and `load`."""
+
+from __future__ import annotations
+
+import json
+import time
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from rom.datasets.schema import check_scene
+from rom.datasets.storage import read_netcdf, write_netcdf
+from rom.errors import NotFittedError, SchemaError
+from rom.provenance import stamp
+from rom.scenes import CaseArrays, Scene, scene_from_json
+
+MODEL_VERSION = "1.0"
+
+
+class Metamodel(ABC):
+    """A method that answers the cases of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Never changed by the metamodel.
+    **settings
+        Named in each class; kept in :attr:`settings` as given, never changed by :meth:`fit`.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    """One plain sentence: what the method does."""
+    scenes: ClassVar[tuple[str, ...]]
+    """Names of the scenes it applies to."""
+    learns: ClassVar[bool] = False
+    """Whether it needs snapshots; if not, `fit` accepts None and looks at the full-order model alone."""
+
+    def __init__(self, scene: Scene, **settings: Any) -> None:
+        if scene.name not in self.scenes:
+            raise ValueError(f"{self.name} does not apply to {scene.name}: it answers {', '.join(self.scenes)}")
+        self.scene = scene
+        self.settings = settings
+        self.offline_seconds = float("nan")
+
+    # ---- the contract ---------------------------------------------------------------------------------------
+
+    def fit(self, train: xr.Dataset | None = None) -> Self:
+        """Learn from the training cases, or prepare from the full-order model alone. May be called again.
+
+        Parameters
+        ----------
+        train : xr.Dataset, optional
+            Training cases of the schema; needed where ``learns`` is true.
+
+        Raises
+        ------
+        ValueError
+            Where training cases are needed and missing, or hold values that are not finite.
+        SchemaError
+            Where they belong to another scene or mesh.
+        """
+        start = time.perf_counter()
+        if self.learns:
+            if train is None:
+                raise ValueError(f"{self.name} learns from snapshots: give fit() a training dataset")
+            check_scene(train, self.scene, "the training dataset")
+            if not np.isfinite(train["displacement"].values.view(float)).all():
+                raise ValueError("the training displacement holds a value that is not finite: drop that case")
+        self._fit(train)
+        self.offline_seconds = time.perf_counter() - start
+        return self
+
+    def predict(self, cases: xr.Dataset) -> xr.Dataset:
+        """Labelled answers to labelled cases: the full-order model's dimensions, names and units.
+
+        Parameters
+        ----------
+        cases : xr.Dataset
+            ``load_node`` and ``force_amplitude`` (case, force), in harmonic scenes ``frequency`` and
+            ``loss_factor`` (case).
+
+        Returns
+        -------
+        xr.Dataset
+            The cases with ``displacement`` (case, node, component) [m] and what the method knows of its error.
+        """
+        arrays = self.scene.case_arrays(cases)
+        answer = self.scene.label(cases, self.evaluate(arrays))
+        answer.attrs["method"] = self.name
+        return answer.assign(self.indicators(arrays))
+
+    def evaluate(self, cases: CaseArrays, outputs: str | None = None) -> np.ndarray:
+        """The lean call: plain arrays in, plain array out, nothing checked, nothing labelled.
+
+        Parameters
+        ----------
+        cases : CaseArrays
+        outputs : {"field", "pad"}, optional
+            Free degrees of freedom or the pad's alone; default: what the scene wants.
+
+        Returns
+        -------
+        (n_case, n_output) ndarray [m]
+            Real for static scenes, complex for harmonic ones.
+
+        Raises
+        ------
+        NotFittedError
+        """
+        if not self.fitted:
+            raise NotFittedError(f"{self.name} has not been fitted: call fit() or load() first")
+        return self._evaluate(cases, outputs or self.scene.outputs)
+
+    def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
+        """Variables by which a method says how wrong an answer may be; empty where it cannot."""
+        return {}
+
+    def residual(self, cases: xr.Dataset, answer: xr.Dataset) -> xr.DataArray:
+        """(case,) relative residual ``||Z u - f|| / ||f||`` of a full-field answer; needs no reference."""
+        arrays = self.scene.case_arrays(cases)
+        values = self.scene.values(answer)
+        out = np.empty(len(arrays))
+        for i in range(len(arrays)):
+            one = arrays.take(slice(i, i + 1))
+            point = (float(one.frequency[0]), float(one.loss_factor[0])) if self.scene.harmonic else ()
+            out[i] = self.scene.full_order.residual(
+                values[i][:, None], self.scene.force_vectors(one), *point)[0]
+        return xr.DataArray(out, dims="case", attrs={"long_name": "relative residual", "units": "1"})
+
+    # ---- files ----------------------------------------------------------------------------------------------
+
+    def save(self, path: str | Path) -> None:
+        """Write the fitted metamodel as one netCDF file, atomically.
+
+        Raises
+        ------
+        NotFittedError, OSError
+        """
+        if not self.fitted:
+            raise NotFittedError(f"{self.name} has not been fitted: fit it before saving")
+        data = self._state()
+        data.attrs = {**self._file_attributes(), **data.attrs}
+        write_netcdf(data, path)
+
+    @classmethod
+    def load(cls, path: str | Path, scene: Scene | None = None) -> Self:
+        """Read a fitted metamodel back.
+
+        Parameters
+        ----------
+        scene : Scene, optional
+            Used instead of building the one that the file describes; must be the same.
+
+        Raises
+        ------
+        SchemaError
+            Where the file is damaged, of another method, version or mesh.
+        """
+        data = read_netcdf(path)
+        model = cls._from_attributes(data.attrs, path, scene)
+        model._restore(data)
+        return model
+
+    def _file_attributes(self) -> dict[str, Any]:
+        return {"model_version": MODEL_VERSION, "method": self.name, "settings": json.dumps(self.settings),
+                "scene_parameters": self.scene.to_json(), "scene_hash": self.scene.content_hash,
+                "mesh_hash": self.scene.fingertip.mesh.mesh_hash, "offline_seconds": self.offline_seconds, **stamp()}
+
+    @classmethod
+    def _from_attributes(cls, attributes: dict[str, Any], path: str | Path, scene: Scene | None) -> Self:
+        if attributes.get("method") != cls.name:
+            raise SchemaError(f"{path} holds {attributes.get('method')!r}, not {cls.name!r}: load it with its own class")
+        if attributes.get("model_version") != MODEL_VERSION:
+            raise SchemaError(f"{path} has model version {attributes.get('model_version')}, this software reads "
+                              f"{MODEL_VERSION}: fit the metamodel again")
+        scene = scene or scene_from_json(attributes["scene_parameters"])
+        if attributes["scene_hash"] != scene.content_hash or attributes["mesh_hash"] != scene.fingertip.mesh.mesh_hash:
+            raise SchemaError(f"{path} belongs to another anatomy or mesh ({str(attributes['scene_hash'])[:12]} instead of "
+                              f"{scene.content_hash[:12]}): fit the metamodel for this fingertip")
+        model = cls(scene, **json.loads(attributes["settings"]))
+        model.offline_seconds = float(attributes["offline_seconds"])
+        return model
+
+    # ---- what each method writes ----------------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def fitted(self) -> bool: ...
+
+    @property
+    @abstractmethod
+    def model_bytes(self) -> int:
+        """Memory that the online stage must hold [byte]."""
+
+    @property
+    def online_bytes(self) -> int:
+        """Fewest bytes that one full-field answer must read and write: its floor [byte]."""
+        return 0
+
+    @abstractmethod
+    def _fit(self, train: xr.Dataset | None) -> None: ...
+
+    @abstractmethod
+    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray: ...
+
+    @abstractmethod
+    def _state(self) -> xr.Dataset: ...
+
+    @abstractmethod
+    def _restore(self, data: xr.Dataset) -> None: ...

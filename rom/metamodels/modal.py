@@ -1,0 +1,287 @@
+"""Modal superposition with hysteretic damping, and what must be added to it for loads at a point.
+
+With K* = K (1 + i eta) and mass-orthonormal modes, u = sum phi_k (phi_k^T f) / (lambda_k (1 + i eta) - omega^2):
+`modal` truncates that sum, `modal-static` adds the residual flexibility (what the left-out modes answer at 0 Hz),
+`modal-krylov` adds further load-dependent vectors of each load (:mod:`rom.metamodels.lanczos`).
+
+The error is certified. A Galerkin answer that keeps the modes below lambda_(m+1) has a residual r orthogonal to them, so
+
+    ||e||_K <= max_(k > m) lambda_k / |lambda_k (1 + i eta) - omega^2| * ||r||_(K^-1),
+
+rigorous once a Sturm count says that no mode below was missed; both factors cost a few operations a case.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from rom.fullorder import Modes
+from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes
+from rom.metamodels.lanczos import load_vectors
+from rom.metamodels.metamodel import Metamodel
+from rom.scenes import CaseArrays, HarmonicPointForce, Scene
+
+UNIT_ROUNDOFF = {"float64": 2.0 ** -53, "float32": 2.0 ** -24}
+
+
+class Modal(Metamodel):
+    """Plain modal superposition.
+
+    Parameters
+    ----------
+    modes : int, optional
+        Number of modes; default: all within the scene's band.
+    precision : {"float64", "float32"}
+        Of the stored shapes; the modal coordinates are always double.
+    """
+
+    name: ClassVar[str] = "modal"
+    summary: ClassVar[str] = "sums the natural modes within a band, nothing else"
+    scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
+
+    def __init__(self, scene: Scene, modes: int | None = None, precision: str = "float64", **settings) -> None:
+        if modes is not None and modes < 1:
+            raise ValueError(f"modes={modes} is too few: keep at least one mode, or leave it out for the scene's band")
+        super().__init__(scene, modes=modes, precision=check_precision(precision), **settings)
+        self._shapes: Basis | None = None
+
+    @property
+    def fitted(self) -> bool:
+        return self._shapes is not None
+
+    @property
+    def model_bytes(self) -> int:
+        return self._shapes.nbytes + self.participation.nbytes
+
+    @property
+    def online_bytes(self) -> int:
+        return self._shapes.field.nbytes + 2 * self._shapes.field[0].nbytes
+
+    def _fit(self, train: xr.Dataset | None) -> None:
+        count = self.settings["modes"]
+        band = {"below_hz": self.scene.band_hz} if count is None else {"count": count}
+        self._keep(self.scene.full_order.natural_modes(**band))
+
+    def _keep(self, modes: Modes) -> None:
+        self.eigenvalue = modes.eigenvalue
+        self.next_eigenvalue_bound = modes.next_eigenvalue_bound
+        self.participation = self.scene.pad_loads.T @ modes.shape
+        self._shapes = Basis(modes.shape.T, self.scene.pad_rows, self.settings["precision"])
+
+    def coordinates(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case, m) ndarray, complex: modal coordinates phi_k^T f / (lambda_k (1 + i eta) - omega^2)."""
+        load = self._force_sum(self.participation, cases)
+        stiffness, inertia = _point(cases)
+        return load / (self.eigenvalue * stiffness - inertia)
+
+    @staticmethod
+    def _force_sum(per_load: np.ndarray, cases: CaseArrays) -> np.ndarray:
+        if cases.node.shape[1] == 1:
+            return per_load[cases.node[:, 0]] * cases.force
+        return np.einsum("cf,cfk->ck", cases.force, per_load[cases.node])
+
+    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+        return combine(self.coordinates(cases), self._shapes.rows(outputs))
+
+    def _state(self) -> xr.Dataset:
+        return xr.Dataset({
+            "mode_shape": (("mode", "dof"), self._shapes.field, {
+                "long_name": "mass-orthonormal mode shape", "units": "kg-0.5"}),
+            "eigenvalue": ("mode", self.eigenvalue, {"long_name": "squared angular frequency", "units": "rad2 s-2"}),
+            "participation": (("load", "mode"), self.participation, {
+                "long_name": "mode shape times unit load", "units": "N kg-0.5"})},
+            attrs={"next_eigenvalue_bound": self.next_eigenvalue_bound})
+
+    def _restore(self, data: xr.Dataset) -> None:
+        self.eigenvalue = data["eigenvalue"].values
+        self.next_eigenvalue_bound = float(data.attrs["next_eigenvalue_bound"])
+        self.participation = data["participation"].values
+        self._shapes = Basis(data["mode_shape"].values, self.scene.pad_rows, self.settings["precision"])
+
+
+class ModalWithLoadVectors(Modal):
+    """Modes plus vectors of each load's own; the parent of `modal-static` and `modal-krylov`."""
+
+    energy_scale: float
+    """Largest ratio of energy norm to 2-norm, for the share of rounding in the bound [J^1/2 m^-1]."""
+
+    @property
+    def model_bytes(self) -> int:
+        return super().model_bytes + self._own.nbytes + self.theta.nbytes + self.first.nbytes
+
+    @property
+    def online_bytes(self) -> int:
+        return super().online_bytes + self._own.field[0].nbytes
+
+    @property
+    def n_vectors(self) -> int:
+        return self.settings["vectors"]
+
+    def _fit(self, train: xr.Dataset | None) -> None:
+        count = self.settings["modes"]
+        model = self.scene.full_order
+        modes = model.natural_modes(**({"below_hz": self.scene.band_hz} if count is None else {"count": count}))
+        self._keep(modes)
+        found = load_vectors(model, modes, self.scene.pad_loads, self.n_vectors)
+        self.theta, self.first, self.last, self.beta = found.theta, found.first, found.last, found.beta
+        self._own = Basis(found.vectors, self.scene.pad_rows, self.settings["precision"])
+        # Gershgorin's bound of the largest eigenvalue of K
+        self.energy_scale = float(np.sqrt(abs(model.stiffness).sum(axis=1).max()))
+        self._measure()
+
+    def _measure(self) -> None:
+        """2-norms of the stored fields, for the share of rounding in the bound."""
+        self._shape_norm = np.linalg.norm(self._shapes.field, axis=1)
+        self._own_norm = np.linalg.norm(self._own.field, axis=2)
+
+    def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
+        """(n_case, p) ndarray, complex: coordinates of one force's own vectors."""
+        raise NotImplementedError
+
+    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+        shapes, own = self._shapes.rows(outputs), self._own.rows(outputs)
+        stiffness, inertia = _point(cases)
+        modal = self._force_sum(self.participation, cases) / (self.eigenvalue * stiffness - inertia)
+        kind = shapes.dtype
+        out = np.empty((len(cases), shapes.shape[1]), dtype=np.result_type(kind, np.complex64))
+        if cases.node.size == 1:  # one case, one force: two reads of m + p rows and nothing else
+            node = cases.node[0, 0]
+            y = self._own_coordinates(cases.node[:, 0], cases.force[:, 0], stiffness, inertia)[0]
+            for plane, q, own_q in ((out.real, modal[0].real, y.real), (out.imag, modal[0].imag, y.imag)):
+                np.add(q.astype(kind) @ shapes, own_q.astype(kind) @ own[node], out=plane[0])
+            return out
+        for start in range(0, len(cases), BLOCK):
+            block = slice(start, start + BLOCK)
+            plane = planes(modal[block], kind) @ shapes
+            self._add_own(cases.take(block), own, plane, stiffness[block], inertia[block])
+            half = len(plane) // 2
+            out.real[block], out.imag[block] = plane[:half], plane[half:]
+        return out
+
+    def _add_own(self, cases: CaseArrays, own: np.ndarray, plane: np.ndarray, stiffness, inertia) -> None:
+        half = len(cases)
+        for j in range(cases.node.shape[1]):
+            y = self._own_coordinates(cases.node[:, j], cases.force[:, j], stiffness, inertia)
+            y_planes = planes(y, plane.dtype)
+            for node in np.unique(cases.node[:, j]):
+                rows = np.flatnonzero(cases.node[:, j] == node)
+                rows = np.concatenate([rows, rows + half])
+                if len(rows) == 2:  # in place, without the copy that fancy indexing makes
+                    for row in rows:
+                        plane[row] += y_planes[row] @ own[node]
+                else:
+                    plane[rows] += y_planes[rows] @ own[node]
+
+    # ---- the certificate ------------------------------------------------------------------------------------
+
+    def error_bound(self, cases: CaseArrays) -> np.ndarray:
+        """Rigorous bound of the energy norm of the error.
+
+        Parameters
+        ----------
+        cases : CaseArrays
+
+        Returns
+        -------
+        (n_case,) ndarray [J^1/2]
+            ``sqrt(e^H K e) <= bound``, truncation and rounding of the stored fields included.
+        """
+        stiffness, inertia = _point(cases)
+        # the factor falls with lambda beyond omega^2 and peaks there: its maximum over lambda >= the Sturm bound
+        ratio = np.minimum(inertia[:, 0] / self.next_eigenvalue_bound, 1.0)
+        amplification = 1.0 / np.abs(stiffness[:, 0] - ratio)
+        residual = np.zeros(len(cases))
+        size = np.abs(self.coordinates(cases)) @ self._shape_norm
+        for j in range(cases.node.shape[1]):
+            node, force = cases.node[:, j], cases.force[:, j]
+            y = self._own_coordinates(node, force, stiffness, inertia)
+            residual += self._residual_norm(node, y, stiffness, inertia)
+            size += np.einsum("cp,cp->c", np.abs(y), self._own_norm[node])
+        terms = len(self.eigenvalue) + self.n_vectors * cases.node.shape[1] + 2
+        roundoff = terms * UNIT_ROUNDOFF[self.settings["precision"]] * size * self.energy_scale
+        return amplification * residual + roundoff
+
+    def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
+        """(n_case,) ndarray: ||r||_(K^-1) of one force's answer [J^1/2]."""
+        raise NotImplementedError
+
+    def energy_norm(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case,) ndarray: ``sqrt(u^H K u)`` of the answer, exact for one force, an upper bound for several."""
+        stiffness, inertia = _point(cases)
+        modal = np.sqrt((np.abs(self.coordinates(cases)) ** 2) @ self.eigenvalue)
+        own = sum(np.linalg.norm(self._own_coordinates(cases.node[:, j], cases.force[:, j], stiffness, inertia), axis=1)
+                  for j in range(cases.node.shape[1]))
+        return np.hypot(modal, own)
+
+    def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
+        bound = self.error_bound(cases)
+        names = {"energy_error_bound": (("case",), bound, {
+            "long_name": "rigorous bound of sqrt(e^H K e)", "units": "J0.5"})}
+        if cases.node.shape[1] == 1:
+            # ||u|| >= ||answer|| - bound turns the absolute bound into a relative one
+            floor = self.energy_norm(cases) - bound
+            relative = np.where(floor > 0, bound / np.where(floor > 0, floor, 1.0), np.inf)
+            names["relative_energy_error_bound"] = (("case",), relative, {
+                "long_name": "rigorous bound of sqrt(e^H K e) / sqrt(u^H K u)", "units": "1"})
+        return names
+
+    def _state(self) -> xr.Dataset:
+        data = super()._state()
+        data["own_vector"] = (("load", "vector", "dof"), self._own.field, {
+            "long_name": "load-dependent vector, K-orthonormal", "units": "m J-0.5"})
+        data["own_theta"] = (("load", "vector"), self.theta, {"long_name": "reciprocal Ritz value", "units": "s2"})
+        data["own_first"] = (("load", "vector"), self.first, {"long_name": "share of the load", "units": "J0.5 N-1"})
+        data["own_last"] = (("load", "vector"), self.last, {"long_name": "share of the residual", "units": "1"})
+        data["own_beta"] = ("load", self.beta, {"long_name": "norm of the next vector", "units": "s2"})
+        data.attrs["energy_scale"] = self.energy_scale
+        return data
+
+    def _restore(self, data: xr.Dataset) -> None:
+        super()._restore(data)
+        self._own = Basis(data["own_vector"].values, self.scene.pad_rows, self.settings["precision"])
+        self.theta, self.first = data["own_theta"].values, data["own_first"].values
+        self.last, self.beta = data["own_last"].values, data["own_beta"].values
+        self.energy_scale = float(data.attrs["energy_scale"])
+        self._measure()
+
+
+class ModalStatic(ModalWithLoadVectors):
+    """Modes plus residual flexibility: the left-out modes answer as they would at 0 Hz. Setting: ``modes``."""
+
+    name: ClassVar[str] = "modal-static"
+    summary: ClassVar[str] = "modes plus residual flexibility: each load's own static response of the left-out modes"
+    n_vectors = 1
+
+    def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
+        return (self.first[node] * force[:, None]) / stiffness
+
+    def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
+        # K^-1 r = omega^2 K^-1 M q_1 y = omega^2 (theta q_1 + beta q_2) y
+        return inertia[:, 0] * np.abs(y[:, 0]) * np.hypot(self.theta[node, 0], self.beta[node])
+
+
+class ModalKrylov(ModalWithLoadVectors):
+    """Modes plus a few load-dependent vectors of each load, Galerkin on both. Settings: ``modes``, ``vectors``."""
+
+    name: ClassVar[str] = "modal-krylov"
+    summary: ClassVar[str] = "modes plus a few load-dependent (Krylov) vectors of each load, with an error certificate"
+
+    def __init__(self, scene: Scene, modes: int | None = 40, vectors: int = 6, precision: str = "float64") -> None:
+        if vectors < 1:
+            raise ValueError(f"vectors={vectors} is too few: give one or more, or use the method `modal`")
+        super().__init__(scene, modes, precision, vectors=vectors)
+
+    def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
+        return (self.first[node] * force[:, None]) / (stiffness - inertia * self.theta[node])
+
+    def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
+        return inertia[:, 0] * self.beta[node] * np.abs(np.einsum("cp,cp->c", self.last[node], y))
+
+
+def _point(cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
+    """1 + i eta and omega^2, each (n_case, 1)."""
+    omega = 2.0 * np.pi * cases.frequency
+    return (1.0 + 1j * cases.loss_factor)[:, None], (omega * omega)[:, None]

@@ -1,0 +1,156 @@
+"""Proper orthogonal decomposition: a basis from snapshots, and Galerkin projection of the full model on it.
+
+Snapshots enter with unit norm, since errors are judged relative to each answer; a complex one gives its real and its
+imaginary part, which keeps the basis and the reduced matrices real. (Sirovich 1987; Benner, Gugercin, Willcox 2015.)
+"""
+
+from __future__ import annotations
+
+import time
+import weakref
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import scipy.linalg as sla
+import xarray as xr
+
+from rom.metamodels.basis import Basis, check_precision, combine
+from rom.metamodels.metamodel import Metamodel
+from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
+
+NOISE = 1e-12
+"""Share of the largest Gram eigenvalue below which a POD mode is rounding noise."""
+
+
+@dataclass(frozen=True)
+class PodSpace:
+    """All POD modes above rounding noise of one set of snapshots.
+
+    vectors : (n, r) ndarray
+        Orthonormal columns, by falling singular value.
+    singular_values : (r,) ndarray
+    seconds : float
+        What the decomposition took [s].
+    """
+
+    vectors: np.ndarray
+    singular_values: np.ndarray
+    seconds: float
+
+    def truncated(self, rank: int) -> np.ndarray:
+        """(n, rank) ndarray: the first modes.
+
+        Raises
+        ------
+        ValueError
+            Where the snapshots do not span that many dimensions.
+        """
+        if not 1 <= rank <= self.vectors.shape[1]:
+            raise ValueError(f"rank {rank} is out of reach: these snapshots span {self.vectors.shape[1]} dimensions "
+                             "above rounding noise; ask for less or make more cases")
+        return self.vectors[:, :rank]
+
+
+def pod(snapshots: np.ndarray) -> PodSpace:
+    """POD of ``snapshots`` (n_case, n), real or complex, by the Gram matrix of the smaller side."""
+    start = time.perf_counter()
+    norm = np.linalg.norm(snapshots, axis=1, keepdims=True)
+    rows = snapshots / np.where(norm > 0, norm, 1.0)
+    if np.iscomplexobj(rows):
+        rows = np.concatenate([rows.real, rows.imag])
+    if rows.shape[0] > rows.shape[1]:
+        value, vectors = sla.eigh(rows.T @ rows)
+        keep = value > NOISE * value[-1]
+        vectors = vectors[:, keep][:, ::-1]
+    else:
+        value, weights = sla.eigh(rows @ rows.T)
+        keep = value > NOISE * value[-1]
+        vectors = rows.T @ (weights[:, keep] / np.sqrt(value[keep]))[:, ::-1]
+        vectors = np.linalg.qr(vectors)[0]  # the Gram matrix halves the digits of the small modes' orthogonality
+    singular = np.sqrt(value[keep][::-1])
+    return PodSpace(vectors, singular, time.perf_counter() - start)
+
+
+_SPACES: dict[int, tuple[weakref.ref, PodSpace]] = {}
+
+
+def pod_of(scene: Scene, train: xr.Dataset) -> PodSpace:
+    """POD of a training dataset's displacement, kept as long as the dataset lives: several ranks share one."""
+    found = _SPACES.get(id(train))
+    if found is None or found[0]() is not train:
+        key = id(train)
+        _SPACES[key] = weakref.ref(train, lambda _: _SPACES.pop(key, None)), pod(scene.values(train))
+        found = _SPACES[key]
+    return found[1]
+
+
+class PodGalerkin(Metamodel):
+    """Galerkin projection on a POD basis, diagonalised so that an answer is a sum of poles.
+
+    Parameters
+    ----------
+    rank : int
+        Number of POD modes.
+    precision : {"float64", "float32"}
+    """
+
+    name: ClassVar[str] = "pod-galerkin"
+    summary: ClassVar[str] = "projects the full model on the principal directions of its own snapshots"
+    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
+    learns: ClassVar[bool] = True
+
+    def __init__(self, scene: Scene, rank: int = 300, precision: str = "float64") -> None:
+        if rank < 1:
+            raise ValueError(f"rank={rank} is too low: keep at least one POD mode")
+        super().__init__(scene, rank=rank, precision=check_precision(precision))
+        self._basis: Basis | None = None
+
+    @property
+    def fitted(self) -> bool:
+        return self._basis is not None
+
+    @property
+    def model_bytes(self) -> int:
+        return self._basis.nbytes + self.participation.nbytes
+
+    @property
+    def online_bytes(self) -> int:
+        return self._basis.field.nbytes + (2 if self.scene.harmonic else 1) * self._basis.field[0].nbytes
+
+    def _fit(self, train: xr.Dataset | None) -> None:
+        vectors = pod_of(self.scene, train).truncated(self.settings["rank"])
+        model = self.scene.full_order
+        reduced_stiffness = vectors.T @ (model.stiffness @ vectors)
+        if self.scene.harmonic:
+            # K_r = S^-T diag(mu) S^-1, M_r = S^-T S^-1: the reduced system becomes a sum of poles
+            self.eigenvalue, change = sla.eigh(reduced_stiffness, vectors.T @ (model.mass @ vectors))
+        else:
+            lower = np.linalg.cholesky(reduced_stiffness)
+            change = sla.solve_triangular(lower, np.eye(len(lower)), lower=True).T
+            self.eigenvalue = np.ones(len(lower))
+        shapes = vectors @ change
+        self.participation = self.scene.pad_loads.T @ shapes
+        self._basis = Basis(shapes.T, self.scene.pad_rows, self.settings["precision"])
+
+    def coordinates(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case, rank) ndarray: coordinates in the diagonalised reduced basis."""
+        load = np.einsum("cf,cfk->ck", cases.force, self.participation[cases.node])
+        if not self.scene.harmonic:
+            return load
+        omega = 2.0 * np.pi * cases.frequency
+        return load / ((1.0 + 1j * cases.loss_factor)[:, None] * self.eigenvalue - (omega * omega)[:, None])
+
+    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+        return combine(self.coordinates(cases), self._basis.rows(outputs))
+
+    def _state(self) -> xr.Dataset:
+        return xr.Dataset({
+            "shape": (("pole", "dof"), self._basis.field, {"long_name": "Ritz shape in the POD basis"}),
+            "eigenvalue": ("pole", self.eigenvalue, {"long_name": "Ritz value", "units": "rad2 s-2"}),
+            "participation": (("load", "pole"), self.participation, {"long_name": "Ritz shape times unit load"})})
+
+    def _restore(self, data: xr.Dataset) -> None:
+        self.eigenvalue = data["eigenvalue"].values
+        self.participation = data["participation"].values
+        self._basis = Basis(data["shape"].values, self.scene.pad_rows, self.settings["precision"])

@@ -1,0 +1,286 @@
+"""A scene is one question: which model, which loads, which inputs vary, which outputs are wanted.
+
+It also says what it does *not* need, and then does not build it. Every method answers the same scene: labelled
+cases (`xarray.Dataset`) come in through :meth:`Scene.case_arrays`, plain arrays go out through
+:meth:`Scene.label`, so that no method has conventions of its own.
+"""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from rom.fingertip import Anatomy, Fingertip, MeshDensity
+from rom.fullorder import SecondOrderModel
+
+NO_FORCE = -1
+"""Stands in ``load_node`` where a case has fewer forces than the dataset has room for."""
+
+
+class CaseArrays(NamedTuple):
+    """The inputs of a block of cases as plain arrays: what the lean calls take.
+
+    node : (n_case, n_force) ndarray of int
+        Row of the load in ``mesh.pad_nodes`` (not the mesh's node id); any row where the force is zero.
+    force : (n_case, n_force) ndarray [N]
+        Amplitude along the inward normal.
+    frequency : (n_case,) ndarray [Hz] or None
+    loss_factor : (n_case,) ndarray or None
+    """
+
+    node: np.ndarray
+    force: np.ndarray
+    frequency: np.ndarray | None = None
+    loss_factor: np.ndarray | None = None
+
+    def __len__(self) -> int:  # number of cases, not of fields
+        return len(self.node)
+
+    def take(self, index) -> CaseArrays:
+        """The cases at ``index`` (slice, mask or integers)."""
+        return CaseArrays(*(None if a is None else a[index] for a in self))
+
+
+@dataclass(frozen=True)
+class Scene(ABC):
+    """What every scene shares. ``outputs`` is ``"field"`` (every node) or ``"pad"`` (the loadable surface)."""
+
+    fingertip: Fingertip = field(default_factory=lambda: Fingertip.preset("metamodel"))
+    outputs: str = "field"
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    question: ClassVar[str]
+    gate: ClassVar[float]
+    """Largest relative error over held-out cases that a metamodel may make to be called trustworthy."""
+    harmonic: ClassVar[bool]
+    band_hz: ClassVar[float] = 0.0
+    """Upper end of the published frequency range [Hz]."""
+    max_forces: ClassVar[int]
+    """Number of simultaneous forces in the published range; more are extrapolation."""
+    inputs: ClassVar[dict[str, str]]
+    needs: ClassVar[dict[str, str]]
+    leaves_out: ClassVar[dict[str, str]]
+    regions: ClassVar[tuple[str, ...]]
+    """The parts of the hard split, in the order of the codes that :meth:`hard_region` returns from 1 up."""
+
+    def __post_init__(self) -> None:
+        if self.outputs not in ("field", "pad"):
+            raise ValueError(f"outputs={self.outputs!r} is unknown: a scene can want 'field' or 'pad'")
+
+    # ---- the model ------------------------------------------------------------------------------------------
+
+    @cached_property
+    def full_order(self) -> SecondOrderModel:
+        """The full-order model of this scene, without a mass matrix where the scene is static."""
+        mass = self.fingertip.mass if self.harmonic else None
+        return SecondOrderModel(self.fingertip.stiffness, mass)
+
+    @cached_property
+    def pad_loads(self) -> np.ndarray:
+        """(n_free, n_pad) ndarray [-]: unit inward normal force at each pad node."""
+        loads = self.fingertip.pad_loads
+        return np.asarray(loads.todense()) if hasattr(loads, "todense") else loads
+
+    @cached_property
+    def pad_rows(self) -> np.ndarray:
+        """(3 n_pad,) ndarray of int: positions of the pad's degrees of freedom among the free ones."""
+        dofs = (3 * self.fingertip.mesh.pad_nodes[:, None] + np.arange(3)).ravel()
+        return np.searchsorted(self.fingertip.free_dofs, dofs)
+
+    @cached_property
+    def pad_positions(self) -> np.ndarray:
+        """(n_pad, 3) ndarray [m]."""
+        mesh = self.fingertip.mesh
+        return mesh.nodes[mesh.pad_nodes]
+
+    @cached_property
+    def pad_normals(self) -> np.ndarray:
+        """(n_pad, 3) ndarray: outward unit normals."""
+        mesh = self.fingertip.mesh
+        return mesh.normals[np.searchsorted(mesh.skin_nodes, mesh.pad_nodes)]
+
+    @property
+    def n_free(self) -> int:
+        return len(self.fingertip.free_dofs)
+
+    @property
+    def n_pad(self) -> int:
+        return len(self.fingertip.mesh.pad_nodes)
+
+    @property
+    def dtype(self) -> np.dtype:
+        return np.dtype(np.complex128 if self.harmonic else np.float64)
+
+    def force_vectors(self, cases: CaseArrays) -> np.ndarray:
+        """(n_free, n_case) ndarray [N]: the right-hand sides, Fortran-ordered."""
+        vectors = np.zeros((self.n_free, len(cases)), order="F")
+        for i in range(len(cases)):
+            vectors[:, i] = self.pad_loads[:, cases.node[i]] @ cases.force[i]
+        return vectors
+
+    # ---- labels in, labels out ------------------------------------------------------------------------------
+
+    def case_arrays(self, cases: xr.Dataset) -> CaseArrays:
+        """Check labelled cases and turn them into plain arrays.
+
+        Raises
+        ------
+        ValueError
+            For a missing variable, a value that is not finite or out of its domain, or a node that is not on the
+            pad; one sentence with the value, the rule and the remedy.
+        """
+        wanted = ["load_node", "force_amplitude"] + (["frequency", "loss_factor"] if self.harmonic else [])
+        for name in wanted:
+            if name not in cases:
+                raise ValueError(f"cases of {self.name} lack the variable {name!r}: give all of {', '.join(wanted)}")
+        if "case" not in cases.dims:
+            raise ValueError(f"cases of {self.name} lack the dimension 'case': batch them along 'case'")
+        loads = {}
+        for name in ("load_node", "force_amplitude"):
+            values = cases[name].transpose("case", ...).values
+            loads[name] = values[:, None] if values.ndim == 1 else values
+        if loads["load_node"].shape != loads["force_amplitude"].shape:
+            raise ValueError(f"load_node has shape {loads['load_node'].shape} and force_amplitude "
+                             f"{loads['force_amplitude'].shape}: each force needs one node and one amplitude")
+        force = _finite(loads["force_amplitude"], "force_amplitude", "N")
+        rows = self._pad_index(loads["load_node"])
+        present = rows != NO_FORCE
+        if not present.any(axis=1).all():
+            raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one pad node")
+        force = np.where(present, force, 0.0)
+        arrays = CaseArrays(np.where(present, rows, 0), force)
+        if self.harmonic:
+            frequency = _finite(cases["frequency"].values, "frequency", "Hz")
+            loss_factor = _finite(cases["loss_factor"].values, "loss_factor", "1")
+            for name, values in (("frequency", frequency), ("loss_factor", loss_factor)):
+                if (values < 0).any():
+                    raise ValueError(f"{name} {values.min():g} is negative: give zero or more")
+            arrays = arrays._replace(frequency=frequency, loss_factor=loss_factor)
+        return arrays
+
+    def _pad_index(self, nodes: np.ndarray) -> np.ndarray:
+        nodes = np.asarray(nodes)
+        if not np.issubdtype(nodes.dtype, np.integer):
+            if not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any():
+                raise ValueError("load_node holds a value that is no whole number: give ids of pad nodes")
+            nodes = nodes.astype(np.int64)
+        pad = self.fingertip.mesh.pad_nodes
+        rows = np.minimum(np.searchsorted(pad, nodes), len(pad) - 1)
+        absent = nodes == NO_FORCE
+        wrong = (pad[rows] != nodes) & ~absent
+        if wrong.any():
+            raise ValueError(
+                f"node {int(nodes[wrong][0])} cannot carry load: only the {len(pad)} pad nodes can, ids from "
+                f"{pad[0]} to {pad[-1]} as listed in fingertip.mesh.pad_nodes")
+        return np.where(absent, NO_FORCE, rows)
+
+    def cases_from(self, arrays: CaseArrays) -> xr.Dataset:
+        """Labelled cases from plain arrays: the inverse of :meth:`case_arrays`."""
+        pad = self.fingertip.mesh.pad_nodes
+        node = np.where(arrays.force == 0.0, NO_FORCE, pad[arrays.node]).astype(np.int32)
+        data = {
+            "load_node": (("case", "force"), node, {
+                "long_name": "mesh node that carries the normal force", "units": "1", "missing_force": NO_FORCE}),
+            "force_amplitude": (("case", "force"), arrays.force, {
+                "long_name": "force amplitude along the inward normal", "units": "N"}),
+        }
+        if arrays.frequency is not None and arrays.loss_factor is not None:
+            data["frequency"] = ("case", arrays.frequency, {"long_name": "excitation frequency", "units": "Hz"})
+            data["loss_factor"] = ("case", arrays.loss_factor, {
+                "long_name": "loss factor eta of K (1 + i eta)", "units": "1"})
+        return xr.Dataset(data, coords={"case": np.arange(len(arrays))},
+                          attrs={"scene": self.name, "scene_hash": self.content_hash})
+
+    def label(self, cases: xr.Dataset, values: np.ndarray, outputs: str | None = None) -> xr.Dataset:
+        """Attach names, units and positions to answers.
+
+        Parameters
+        ----------
+        cases : xr.Dataset
+        values : (n_case, n_free) or (n_case, 3 n_pad) ndarray [m]
+            Displacement at the free degrees of freedom, or at the pad's.
+        outputs : {"field", "pad"}, optional
+            Default: the scene's own.
+        """
+        outputs = outputs or self.outputs
+        mesh = self.fingertip.mesh
+        if outputs == "pad":
+            node, full = mesh.pad_nodes, values
+        else:
+            node = np.arange(len(mesh.nodes))
+            full = np.zeros((len(values), 3 * len(node)), dtype=values.dtype)
+            full[:, self.fingertip.free_dofs] = values
+        answer = cases.drop_vars("displacement", errors="ignore").copy()
+        answer["displacement"] = (("case", "node", "component"), full.reshape(len(values), len(node), 3), {
+            "long_name": "displacement amplitude" if self.harmonic else "displacement", "units": "m"})
+        return answer.assign_coords(
+            node=("node", node, {"long_name": "mesh node"}),
+            component=("component", ["x", "y", "z"]),
+            **{f"node_{axis}": ("node", mesh.nodes[node, i], {
+                "long_name": text, "units": "m"}) for i, (axis, text) in enumerate(AXES.items())})
+
+    def values(self, answer: xr.Dataset) -> np.ndarray:
+        """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""
+        array = answer["displacement"].transpose("case", "node", "component").values
+        return array.reshape(len(array), -1)[:, self.fingertip.free_dofs]
+
+    # ---- identity -------------------------------------------------------------------------------------------
+
+    @property
+    def content_hash(self) -> str:
+        """Changes with everything that changes the truth: anatomy, tissues, mesh, formulation, boundary."""
+        return self.fingertip.content_hash
+
+    def to_json(self) -> str:
+        """Enough to build this scene again with :func:`rom.scenes.scene_from_json`."""
+        tip = self.fingertip
+        return json.dumps({
+            "scene": self.name, "outputs": self.outputs, "formulation": tip.formulation, "rear": tip.rear,
+            "anatomy": tip.anatomy.to_dict(), "density": tip.density.to_dict()}, sort_keys=True)
+
+    @classmethod
+    def fingertip_from(cls, record: dict[str, Any]) -> Fingertip:
+        """The fingertip of a record written by :meth:`to_json`."""
+        return Fingertip(Anatomy.from_dict(record["anatomy"]), MeshDensity.from_dict(record["density"]),
+                         formulation=record["formulation"], rear=record["rear"])
+
+    # ---- what each scene decides ----------------------------------------------------------------------------
+
+    @abstractmethod
+    def sample(self, count: int, seed: int = 0) -> CaseArrays:
+        """``count`` distinct cases within the published ranges, every pad node equally often."""
+
+    @abstractmethod
+    def sample_beyond(self, count: int, seed: int = 0) -> CaseArrays:
+        """``count`` cases outside the published ranges, for the extrapolation part of the hard split."""
+
+    @abstractmethod
+    def hard_region(self, arrays: CaseArrays, seed: int = 0) -> np.ndarray:
+        """(n_case,) ndarray of int: 0 where a case belongs to hard training, k where to ``regions[k - 1]``."""
+
+    @abstractmethod
+    def groups(self, arrays: CaseArrays) -> list[np.ndarray]:
+        """Index arrays of cases that one factorization serves."""
+
+    def held_out_nodes(self, seed: int = 0, fraction: float = 0.1) -> np.ndarray:
+        """Rows of the pad nodes that the hard split keeps from training, drawn from ``seed``."""
+        rng = np.random.default_rng([seed, 239])
+        return np.sort(rng.choice(self.n_pad, size=max(1, round(fraction * self.n_pad)), replace=False))
+
+
+AXES = {"x": "distance from the joint towards the tip", "y": "lateral position", "z": "position, dorsal positive"}
+
+
+def _finite(values: np.ndarray, name: str, unit: str) -> np.ndarray:
+    values = np.asarray(values, dtype=float)
+    if not np.isfinite(values).all():
+        bad = values[~np.isfinite(values)].ravel()[0]
+        raise ValueError(f"{name} holds {bad}: every value must be a finite number of {unit}; mend or drop the case")
+    return values
