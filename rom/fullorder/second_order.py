@@ -1,0 +1,304 @@
+"""Linear second-order model K u + M u'' = f with structural damping: statics, harmonics, modes.
+
+With u(t) = Re(u e^{+i omega t}) the complex stiffness is K* = K (1 + i eta); eta > 0 dissipates.
+Mean powers over a period follow from f = Z u: the input (1/2) Re(f^H i omega u) = -(omega / 2) Im(f^H u) equals
+the dissipation (omega / 2) eta u^H K u.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from rom.errors import SolverError
+from rom.fullorder.dynamic_stiffness import DynamicStiffness, check_not_negative
+from rom.fullorder.factorization import SINGULAR_RESIDUAL, Factorization, choose_backend, factorize
+from rom.fullorder.modes import Modes, natural_modes
+from rom.fullorder.symmetric import check_finite, check_symmetric
+
+log = logging.getLogger(__name__)
+
+#: Relative residual above which a solution is refined once.
+REFINEMENT_RESIDUAL = 1e-11
+
+
+class SecondOrderModel:
+    """Full-order model of a linear elastic body.
+
+    Factorizations are made when first needed and kept.
+
+    Parameters
+    ----------
+    stiffness : (n, n) scipy sparse matrix [N/m]
+        Real symmetric.
+    mass : (n, n) scipy sparse matrix [kg], optional
+        Real symmetric, positive definite; not needed for statics.
+    backend : {"auto", "pardiso", "superlu"}
+        See `rom.fullorder.factorization.factorize`.
+
+    Raises
+    ------
+    ValueError
+        If a matrix is not sparse, square, real, finite and symmetric, or their sizes differ.
+    """
+
+    def __init__(self, stiffness: Any, mass: Any = None, *, backend: str = "auto") -> None:
+        for matrix, name in ((stiffness, "stiffness matrix"), (mass, "mass matrix")):
+            if matrix is None and name == "mass matrix":
+                continue
+            check_symmetric(matrix, name)
+            if matrix.dtype.kind == "c":
+                raise ValueError(f"the {name} is complex: it must be real, damping enters by the loss factor")
+        if mass is not None and mass.shape != stiffness.shape:
+            raise ValueError(
+                f"the mass matrix has shape {mass.shape} and the stiffness matrix {stiffness.shape}: "
+                "both must describe the same dofs"
+            )
+        self.backend = choose_backend(backend)
+        self.stiffness = sp.csr_array(stiffness)
+        self._mass = None if mass is None else sp.csr_array(mass)
+        self._static: Factorization | None = None
+        self._dynamic_stiffness: DynamicStiffness | None = None
+        self._harmonic: Factorization | None = None
+        self._harmonic_case: tuple[float, float] | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of degrees of freedom."""
+        return self.stiffness.shape[0]
+
+    @property
+    def mass(self) -> sp.csr_array:
+        """Mass matrix [kg]; ValueError in a model made without one."""
+        if self._mass is None:
+            raise ValueError("this model has no mass matrix, it answers statics only: construct it with mass=...")
+        return self._mass
+
+    @property
+    def static_factorization(self) -> Factorization:
+        """Factor of K, made once and kept.
+
+        Raises
+        ------
+        SolverError
+            If K is singular, as for a body that can move rigidly.
+        """
+        if self._static is None:
+            self._static = factorize(self.stiffness, backend=self.backend)
+        return self._static
+
+    @property
+    def dynamic_stiffness(self) -> DynamicStiffness:
+        """K and M on their common pattern."""
+        if self._dynamic_stiffness is None:
+            self._dynamic_stiffness = DynamicStiffness(self.stiffness, self.mass)
+        return self._dynamic_stiffness
+
+    def solve_static(self, force: ArrayLike, *, reuse_factor: bool = True) -> NDArray:
+        """Displacement K u = f.
+
+        Parameters
+        ----------
+        force : (n,) or (n, k) array [N]
+        reuse_factor : bool
+            False factorizes again (numeric phase), for timing a solver that meets every case afresh.
+
+        Returns
+        -------
+        displacement : (n,) or (n, k) ndarray [m]
+
+        Raises
+        ------
+        ValueError
+            If the force has another shape, or holds NaN or infinity.
+        SolverError
+            If K is singular.
+        """
+        fresh = self._static is None
+        factor = self.static_factorization
+        if not (reuse_factor or fresh):
+            factor.refactorize(self.stiffness)
+        return self._solve(factor, force, lambda u: self.stiffness @ u)
+
+    def harmonic_factorization(
+        self, frequency: float, loss_factor: float, *, reuse_factor: bool = True
+    ) -> Factorization:
+        """Factor of Z; one object for all cases, so the next case overwrites this one's values.
+
+        Parameters
+        ----------
+        frequency : float [Hz]
+        loss_factor : float [1]
+        reuse_factor : bool
+            True keeps the numeric factor if frequency and loss factor are those of the last call; the
+            symbolic phase is kept in any case.
+        """
+        case = (float(frequency), float(loss_factor))
+        if self._harmonic is not None and reuse_factor and case == self._harmonic_case:
+            return self._harmonic
+        matrix = self.dynamic_stiffness.harmonic(*case)
+        self._harmonic_case = None
+        if self._harmonic is None:
+            self._harmonic = factorize(matrix, backend=self.backend)
+        else:
+            self._harmonic.refactorize(matrix)
+        self._harmonic_case = case
+        return self._harmonic
+
+    def solve_harmonic(
+        self, force: ArrayLike, frequency: float, loss_factor: float, *, reuse_factor: bool = True
+    ) -> NDArray[np.complex128]:
+        """Complex amplitude of the displacement, (K (1 + i eta) - omega^2 M) u = f.
+
+        Parameters
+        ----------
+        force : (n,) or (n, k) array [N]
+            Real or complex amplitudes.
+        frequency : float [Hz]
+        loss_factor : float [1]
+        reuse_factor : bool
+            See `harmonic_factorization`.
+
+        Returns
+        -------
+        displacement : (n,) or (n, k) ndarray of complex128 [m]
+
+        Raises
+        ------
+        ValueError
+            If the model has no mass, or an argument is negative, not finite or of another shape.
+        SolverError
+            If Z is singular: an undamped resonance.
+        """
+        factor = self.harmonic_factorization(frequency, loss_factor, reuse_factor=reuse_factor)
+        return self._solve(factor, force, lambda u: self._apply(u, frequency, loss_factor))
+
+    def natural_modes(self, count: int | None = None, below_hz: float | None = None, *, seed: int = 0) -> Modes:
+        """Undamped natural modes; see `rom.fullorder.modes.natural_modes`."""
+        return natural_modes(
+            self.stiffness,
+            self.mass,
+            count=count,
+            below_hz=below_hz,
+            factorization=self.static_factorization,
+            seed=seed,
+        )
+
+    def residual(
+        self,
+        displacement: ArrayLike,
+        force: ArrayLike,
+        frequency: float | None = None,
+        loss_factor: float | None = None,
+    ) -> NDArray[np.float64]:
+        """Relative residual ||Z u - f|| / ||f|| of each column.
+
+        Parameters
+        ----------
+        displacement, force : (n,) or (n, k) array [m], [N]
+        frequency : float [Hz], optional
+            None for statics, where Z = K.
+        loss_factor : float [1], optional
+            None for 0.
+
+        Returns
+        -------
+        residual : () or (k,) ndarray [1]
+            Under a zero force: 0 for zero displacement, else infinite.
+
+        Raises
+        ------
+        ValueError
+            If the shapes do not fit or a loss factor is given without a frequency.
+        """
+        u, f = self._field(displacement, "displacement"), self._field(force, "force")
+        if u.shape != f.shape:
+            raise ValueError(f"the displacement has shape {u.shape} and the force {f.shape}: they must be equal")
+        if frequency is None and loss_factor:
+            raise ValueError("a loss factor was given without a frequency: statics knows no damping")
+        product = self.stiffness @ u if frequency is None else self._apply(u, frequency, loss_factor or 0.0)
+        return _relative(product - f, f)
+
+    def dissipated_power(self, displacement: ArrayLike, frequency: float, loss_factor: float) -> NDArray[np.float64]:
+        """Mean power lost to structural damping, (omega / 2) eta u^H K u >= 0.
+
+        Parameters
+        ----------
+        displacement : (n,) or (n, k) array [m]
+        frequency : float [Hz]
+        loss_factor : float [1]
+
+        Returns
+        -------
+        power : () or (k,) ndarray [W]
+        """
+        check_not_negative(frequency, "frequency", "Hz")
+        check_not_negative(loss_factor, "loss factor", "1")
+        u = self._field(displacement, "displacement")
+        return math.pi * frequency * loss_factor * np.sum(u.conj() * _real_times(self.stiffness, u), axis=0).real
+
+    def input_power(self, force: ArrayLike, displacement: ArrayLike, frequency: float) -> NDArray[np.float64]:
+        """Mean power that the force puts in, (1/2) Re(f^H i omega u).
+
+        Parameters
+        ----------
+        force, displacement : (n,) or (n, k) array [N], [m]
+        frequency : float [Hz]
+
+        Returns
+        -------
+        power : () or (k,) ndarray [W]
+        """
+        check_not_negative(frequency, "frequency", "Hz")
+        f, u = self._field(force, "force"), self._field(displacement, "displacement")
+        return -math.pi * frequency * np.sum(f.conj() * u, axis=0).imag
+
+    def _field(self, values: ArrayLike, name: str) -> NDArray:
+        array = np.asarray(values)
+        if array.ndim not in (1, 2) or array.shape[0] != self.n:
+            raise ValueError(f"the {name} has shape {array.shape}: it must be ({self.n},) or ({self.n}, k)")
+        check_finite(array, name)
+        return array
+
+    def _apply(self, u: NDArray, frequency: float, loss_factor: float) -> NDArray[np.complex128]:
+        check_not_negative(frequency, "frequency", "Hz")
+        check_not_negative(loss_factor, "loss factor", "1")
+        inertia = (2 * math.pi * frequency) ** 2 * _real_times(self.mass, u)
+        return (1 + 1j * loss_factor) * _real_times(self.stiffness, u) - inertia
+
+    def _solve(self, factor: Factorization, force: ArrayLike, apply: Callable[[NDArray], NDArray]) -> NDArray:
+        f = self._field(force, "force")
+        u = factor.solve(f)
+        remainder = f - apply(u)
+        worst = np.max(_relative(remainder, f), initial=0.0)
+        if worst > REFINEMENT_RESIDUAL:
+            refined = u + factor.solve(remainder)
+            after = np.max(_relative(f - apply(refined), f), initial=0.0)
+            log.debug("refinement: relative residual %.1e -> %.1e", worst, after)
+            if after < worst:
+                u, worst = refined, after
+        if not worst <= SINGULAR_RESIDUAL:
+            raise SolverError(
+                f"the relative residual of the solution is {worst:.1e}, allowed {SINGULAR_RESIDUAL:.0e}: the "
+                "matrix is singular to working precision (a rigid motion, or an undamped resonance)"
+            )
+        return u
+
+
+def _real_times(matrix: sp.csr_array, u: NDArray) -> NDArray:
+    """Product with a real matrix that does not make a complex copy of it."""
+    if u.dtype.kind != "c":
+        return matrix @ u
+    columns = np.ascontiguousarray(u, dtype=np.complex128).reshape(len(u), -1)
+    return (matrix @ columns.view(np.float64)).view(np.complex128).reshape(u.shape)
+
+
+def _relative(remainder: NDArray, force: NDArray) -> NDArray[np.float64]:
+    size, scale = np.linalg.norm(remainder, axis=0), np.linalg.norm(force, axis=0)
+    return np.where(size == 0, 0.0, np.divide(size, scale, out=np.full_like(size, np.inf), where=scale > 0))
