@@ -233,10 +233,10 @@ class Anatomy:
 
         low, high = 1.05, 12.0
         if not excess(high) <= 0 <= excess(low):
+            lowest, highest = (excess(n) + self.nail_height for n in (high, low))
             raise AnatomyError(
-                f"Anatomy nail_height is {self.nail_height:g} mm, but a nail "
-                f"{self.nail_width:g} mm wide can only be {excess(high) + self.nail_height:.3g} to {excess(low) + self.nail_height:.3g} mm high: "
-                "change the nail's height or width."
+                f"Anatomy nail_height is {self.nail_height:g} mm, but a nail {self.nail_width:g} mm wide can only be "
+                f"{lowest:.3g} to {highest:.3g} mm high: change the nail's height or width."
             )
         return float(brentq(excess, low, high, xtol=1e-13))
 

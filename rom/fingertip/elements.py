@@ -102,7 +102,7 @@ def element_mass(nodes: Floats, hexahedra: Ints, density: ArrayLike) -> Floats:
     basis = _basis(nodes, hexahedra)
     values = np.empty((basis.dx.shape[1], 8))
     for local, (function,) in zip(_TO_SKFEM, basis.basis, strict=True):
-        values[:, local] = np.broadcast_to(function.value, basis.dx.shape)[0]
+        values[:, local] = np.broadcast_to(np.asarray(function), basis.dx.shape)[0]
     unit = np.einsum("eq,qi,qj->eij", basis.dx, values, values, optimize=True)
     return np.broadcast_to(density, len(hexahedra))[:, None, None] * unit
 
