@@ -71,24 +71,29 @@ def load_vectors(model: SecondOrderModel, modes: Modes, loads: np.ndarray, count
     def deflate(block: np.ndarray) -> np.ndarray:
         return block - shape @ (mass_shape.T @ block)
 
-    def next_direction(block: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        norm = np.sqrt(np.einsum("ij,ij->j", block, stiffness @ block))
-        return block / np.where(norm > 0, norm, 1.0), norm
-
-    krylov = np.zeros((count + 1, n, n_load))
+    krylov, image = np.zeros((count + 1, n, n_load)), np.zeros((count + 1, n, n_load))  # q_j and K q_j
     alpha, beta = np.zeros((count, n_load)), np.zeros((count + 1, n_load))
-    krylov[0], beta[0] = next_direction(deflate(deflate(model.solve_static(loads))))
+
+    def keep(j: int, block: np.ndarray, stiff: np.ndarray, smallest: np.ndarray | float) -> None:
+        norm = np.sqrt(np.maximum(np.einsum("ij,ij->j", block, stiff), 0.0))
+        beta[j] = np.where(norm > smallest, norm, 0.0)
+        scale = np.divide(1.0, norm, out=np.zeros(n_load), where=beta[j] > 0)
+        np.multiply(block, scale, out=krylov[j])
+        np.multiply(stiff, scale, out=image[j])
+
+    start = deflate(deflate(model.solve_static(loads)))
+    keep(0, start, stiffness @ start, 0.0)
     for j in range(count):
         weighted = mass @ krylov[j]
-        block = deflate(model.solve_static(weighted))
         alpha[j] = np.einsum("ij,ij->j", krylov[j], weighted)
-        for _ in range(2):  # twice is enough: full re-orthogonalisation in the K inner product
-            stiff = stiffness @ block
+        block = deflate(deflate(model.solve_static(weighted)))
+        stiff = stiffness @ block
+        for _ in range(2):  # full re-orthogonalisation in the K inner product; twice is enough
             for i in range(j + 1):
-                block -= krylov[i] * np.einsum("ij,ij->j", krylov[i], stiff)
-        krylov[j + 1], beta[j + 1] = next_direction(deflate(block))
-        exhausted = beta[j + 1] <= BREAKDOWN * alpha[j]
-        krylov[j + 1][:, exhausted], beta[j + 1, exhausted] = 0.0, 0.0
+                share = np.einsum("ij,ij->j", krylov[i], stiff)
+                block -= krylov[i] * share
+                stiff -= image[i] * share
+        keep(j + 1, block, stiff, BREAKDOWN * alpha[j])
     tridiagonal = np.zeros((n_load, count, count))
     i = np.arange(count)
     tridiagonal[:, i, i] = alpha.T

@@ -105,8 +105,10 @@ class Modal(Metamodel):
 class ModalWithLoadVectors(Modal):
     """Modes plus vectors of each load's own; the parent of `modal-static` and `modal-krylov`."""
 
-    energy_scale: float
-    """Largest ratio of energy norm to 2-norm, for the share of rounding in the bound [J^1/2 m^-1]."""
+    shape_size: np.ndarray
+    """(m,) ndarray: :func:`rounding_size` of each stored mode, for the share of rounding in the bound."""
+    own_size: np.ndarray
+    """(n_load, p) ndarray: the same of each load's own vectors."""
 
     @property
     def model_bytes(self) -> int:
@@ -128,14 +130,8 @@ class ModalWithLoadVectors(Modal):
         found = load_vectors(model, modes, self.scene.pad_loads, self.n_vectors)
         self.theta, self.first, self.last, self.beta = found.theta, found.first, found.last, found.beta
         self._own = Basis(found.vectors, self.scene.pad_rows, self.settings["precision"])
-        # Gershgorin's bound of the largest eigenvalue of K
-        self.energy_scale = float(np.sqrt(abs(model.stiffness).sum(axis=1).max()))
-        self._measure()
-
-    def _measure(self) -> None:
-        """2-norms of the stored fields, for the share of rounding in the bound."""
-        self._shape_norm = np.linalg.norm(self._shapes.field, axis=1)
-        self._own_norm = np.linalg.norm(self._own.field, axis=2)
+        self.shape_size = rounding_size(model.stiffness, self._shapes.field)
+        self.own_size = rounding_size(model.stiffness, self._own.field)
 
     def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
         """(n_case, p) ndarray, complex: coordinates of one force's own vectors."""
@@ -153,27 +149,32 @@ class ModalWithLoadVectors(Modal):
             for plane, q, own_q in ((out.real, modal[0].real, y.real), (out.imag, modal[0].imag, y.imag)):
                 np.add(q.astype(kind) @ shapes, own_q.astype(kind) @ own[node], out=plane[0])
             return out
-        for start in range(0, len(cases), BLOCK):
-            block = slice(start, start + BLOCK)
-            plane = planes(modal[block], kind) @ shapes
-            self._add_own(cases.take(block), own, plane, stiffness[block], inertia[block])
-            half = len(plane) // 2
-            out.real[block], out.imag[block] = plane[:half], plane[half:]
+        if cases.node.shape[1] == 1:
+            self._evaluate_by_load(cases, modal, shapes, own, out)
+        else:
+            for i in range(len(cases)):
+                out[i] = combine(modal[i:i + 1], shapes)[0]
+                for j in range(cases.node.shape[1]):
+                    y = self._own_coordinates(cases.node[i:i + 1, j], cases.force[i:i + 1, j], stiffness[i], inertia[i])
+                    out[i] += combine(y, own[cases.node[i, j]])[0]
         return out
 
-    def _add_own(self, cases: CaseArrays, own: np.ndarray, plane: np.ndarray, stiffness, inertia) -> None:
-        half = len(cases)
-        for j in range(cases.node.shape[1]):
-            y = self._own_coordinates(cases.node[:, j], cases.force[:, j], stiffness, inertia)
-            y_planes = planes(y, plane.dtype)
-            for node in np.unique(cases.node[:, j]):
-                rows = np.flatnonzero(cases.node[:, j] == node)
-                rows = np.concatenate([rows, rows + half])
-                if len(rows) == 2:  # in place, without the copy that fancy indexing makes
-                    for row in rows:
-                        plane[row] += y_planes[row] @ own[node]
-                else:
-                    plane[rows] += y_planes[rows] @ own[node]
+    def _evaluate_by_load(self, cases: CaseArrays, modal: np.ndarray, shapes: np.ndarray, own: np.ndarray,
+                          out: np.ndarray) -> None:
+        """One matrix product a load: the modes stay in cache, each load's own vectors are read once."""
+        node = cases.node[:, 0]
+        coordinates = np.concatenate([modal, self._own_coordinates(node, cases.force[:, 0], *_point(cases))], axis=1)
+        m, kind = len(shapes), shapes.dtype
+        stack = np.empty((m + own.shape[1], shapes.shape[1]), dtype=kind)
+        stack[:m] = shapes
+        order = np.argsort(node, kind="stable")
+        for group in np.split(order, np.flatnonzero(np.diff(node[order])) + 1):
+            stack[m:] = own[node[group[0]]]
+            for start in range(0, len(group), BLOCK):
+                part = group[start:start + BLOCK]
+                plane = planes(coordinates[part], kind) @ stack
+                for i, row in enumerate(part):  # row by row: contiguous, where an indexed assignment would copy twice
+                    out[row].real, out[row].imag = plane[i], plane[len(part) + i]
 
     # ---- the certificate ------------------------------------------------------------------------------------
 
@@ -194,14 +195,14 @@ class ModalWithLoadVectors(Modal):
         ratio = np.minimum(inertia[:, 0] / self.next_eigenvalue_bound, 1.0)
         amplification = 1.0 / np.abs(stiffness[:, 0] - ratio)
         residual = np.zeros(len(cases))
-        size = np.abs(self.coordinates(cases)) @ self._shape_norm
+        size = np.abs(self.coordinates(cases)) @ self.shape_size
         for j in range(cases.node.shape[1]):
             node, force = cases.node[:, j], cases.force[:, j]
             y = self._own_coordinates(node, force, stiffness, inertia)
             residual += self._residual_norm(node, y, stiffness, inertia)
-            size += np.einsum("cp,cp->c", np.abs(y), self._own_norm[node])
+            size += np.einsum("cp,cp->c", np.abs(y), self.own_size[node])
         terms = len(self.eigenvalue) + self.n_vectors * cases.node.shape[1] + 2
-        roundoff = terms * UNIT_ROUNDOFF[self.settings["precision"]] * size * self.energy_scale
+        roundoff = terms * UNIT_ROUNDOFF[self.settings["precision"]] * size
         return amplification * residual + roundoff
 
     def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
@@ -236,7 +237,8 @@ class ModalWithLoadVectors(Modal):
         data["own_first"] = (("load", "vector"), self.first, {"long_name": "share of the load", "units": "J0.5 N-1"})
         data["own_last"] = (("load", "vector"), self.last, {"long_name": "share of the residual", "units": "1"})
         data["own_beta"] = ("load", self.beta, {"long_name": "norm of the next vector", "units": "s2"})
-        data.attrs["energy_scale"] = self.energy_scale
+        data["mode_size"] = ("mode", self.shape_size, {"long_name": "rounding size", "units": "J0.5 kg-0.5 m-1"})
+        data["own_size"] = (("load", "vector"), self.own_size, {"long_name": "rounding size", "units": "1"})
         return data
 
     def _restore(self, data: xr.Dataset) -> None:
@@ -244,8 +246,7 @@ class ModalWithLoadVectors(Modal):
         self._own = Basis(data["own_vector"].values, self.scene.pad_rows, self.settings["precision"])
         self.theta, self.first = data["own_theta"].values, data["own_first"].values
         self.last, self.beta = data["own_last"].values, data["own_beta"].values
-        self.energy_scale = float(data.attrs["energy_scale"])
-        self._measure()
+        self.shape_size, self.own_size = data["mode_size"].values, data["own_size"].values
 
 
 class ModalStatic(ModalWithLoadVectors):
@@ -279,6 +280,25 @@ class ModalKrylov(ModalWithLoadVectors):
 
     def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
         return inertia[:, 0] * self.beta[node] * np.abs(np.einsum("cp,cp->c", self.last[node], y))
+
+
+def rounding_size(stiffness, fields: np.ndarray) -> np.ndarray:
+    """Weighted 2-norm that turns a relative error of each entry into a bound of the energy norm.
+
+    Where ``|e_i| <= c |v_i|``, ``e^H K e <= c^2 sum_i d_i v_i^2`` with ``d_i = sum_j |K_ij|`` (from
+    ``2 |K_ij e_i e_j| <= |K_ij| (e_i^2 + e_j^2)``).
+
+    Parameters
+    ----------
+    stiffness : (n, n) sparse array [N/m]
+    fields : (..., n) ndarray [m]
+
+    Returns
+    -------
+    (...,) ndarray [J^1/2]
+    """
+    weight = np.asarray(abs(stiffness).sum(axis=1)).ravel()
+    return np.sqrt(np.einsum("...n,...n,n->...", fields, fields, weight, optimize=True))
 
 
 def _point(cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
