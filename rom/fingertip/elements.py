@@ -5,7 +5,7 @@ Isotropic stiffness splits into shear and dilatation, with g_ia = dN_i/dx_a and 
     K_iajb = mu (delta_ab H_icjc + H_ibja - 2/3 H_iajb) + kappa D_iajb .
 
 Full integration takes D = H.  B-bar takes the mean dilatation, D = V gbar (x) gbar with gbar the element's
-volume average of g, and does not lock as nu -> 1/2 (Hughes, Int.  J. Numer.  Meth.  Eng.  15, 1980, 1413).
+volume average of g, and does not lock as nu -> 1/2 (Hughes, Int. J. Numer. Meth. Eng. 15, 1980, 1413).
 Everything is integrated with 2 x 2 x 2 Gauss points; mass is consistent.  Neither formulation mends
 bending: slender parts need elements short against their thickness.
 """

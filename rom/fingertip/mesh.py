@@ -199,13 +199,21 @@ def build_mesh(anatomy: Anatomy, density: MeshDensity | None = None) -> Fingerti
         )
     midline = np.flatnonzero((grid.logical[:, 0] == 0) & (z < 0))
 
+    x_pad = shape.pad_centre * anatomy.fingertip_length
+    shells = np.arange(layers + 1)[:, None]
+
     mesh = FingertipMesh(
-        nodes=nodes, hexahedra=hexahedra, tissue=_tissue_ids(density, on_nail), density=density,
-        logical=np.column_stack([np.tile(grid.logical, (layers + 1, 1)), np.repeat(density.layer_levels,
-        n)]), skin_quads=grid.quads, normals=normals, rear_nodes=(grid.last_ring + n * np.arange(layers)[:,
-        None]).ravel(), pad_nodes=pad, fingerprint_centroid=int(midline[np.argmin(np.abs(x[midline] -
-        shape.pad_centre * anatomy.fingertip_length))]), mirror=(grid.mirror + n * np.arange(layers + 1)[:,
-        None]).ravel(),
+        nodes=nodes,
+        hexahedra=hexahedra,
+        tissue=_tissue_ids(density, on_nail),
+        density=density,
+        logical=np.column_stack([np.tile(grid.logical, (layers + 1, 1)), np.repeat(density.layer_levels, n)]),
+        skin_quads=grid.quads,
+        normals=normals,
+        rear_nodes=(grid.last_ring + n * shells[:-1]).ravel(),
+        pad_nodes=pad,
+        fingerprint_centroid=int(midline[np.argmin(np.abs(x[midline] - x_pad))]),
+        mirror=(grid.mirror + n * shells).ravel(),
     )
     log.info("meshed %d nodes, %d hexahedra, %d pad nodes", len(nodes), len(hexahedra), pad.size)
     return mesh

@@ -57,7 +57,7 @@ class SurfaceShape:
         For a value outside its bounds.
     """
 
-    lower_exponent: float = 3.818
+    lower_exponent: float = 3.825
     dorsal_fraction: float = 0.5
     bone_axis_rise: float = 0.0
     bone_base_length: float = 5.0

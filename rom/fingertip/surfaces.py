@@ -18,6 +18,9 @@ from rom.fingertip.anatomy import Anatomy
 
 Array = NDArray[np.float64]
 
+# Transverse change counts this much more than axial in spacing nodes over the bone: nodes crowd at its round end, and
+# lines from the skin do not slip behind the tuft (worst scaled Jacobian .50; .14 without)
+_BONE_CROWDING = 2.5
 _SAMPLES = 4001  # of arc length tables; their small error only shifts nodes along the surface
 
 
@@ -79,7 +82,8 @@ def bone(anatomy: Anatomy, disk: Array, rear: Array) -> Array:
     radius, direction = _polar(disk)
     stations = _bone_stations(anatomy)
     half_width, half_height = bone_half_sizes(anatomy, stations)
-    x = np.interp(radius, _arc_fraction(stations, (half_width + half_height) / 2), stations)
+    transverse = _BONE_CROWDING * (half_width + half_height) / 2
+    x = np.interp(radius, _arc_fraction(stations, transverse), stations)
     x = np.where(rear > 0, anatomy.nail_root * (1 - rear), x)
     half_width, half_height = bone_half_sizes(anatomy, x)
     axis = anatomy.bone_axis_height + anatomy.shape.bone_axis_rise * x / anatomy.bone_length

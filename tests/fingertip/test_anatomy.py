@@ -105,6 +105,7 @@ IMPOSSIBLE = {
     "tissue that is a number": lambda: Anatomy(dermis=1.0),
     "layers thicker than the room": lambda: build_mesh(Anatomy(dermis_thickness=6.0), TINY),
     "bone axis through the skin": lambda: build_mesh(Anatomy().replace_shape(bone_axis_rise=8.0), TINY),
+    "bone that turns elements over": lambda: build_mesh(Anatomy(bone_distal_length=5.0, bone_distal_width=12.0)),
     "pad off the mesh": lambda: build_mesh(Anatomy().replace_shape(pad_start=0.95, pad_depth=0.95), TINY),
     "odd cap": lambda: MeshDensity(cap=(3, 4)),
     "no rings": lambda: MeshDensity(front_rings=0),
