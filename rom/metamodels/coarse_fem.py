@@ -15,6 +15,7 @@ import xarray as xr
 
 from rom.fingertip import Fingertip, interpolation_from
 from rom.fullorder import SecondOrderModel
+from rom.metamodels.direct import factor_bytes
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
 
@@ -52,7 +53,7 @@ class CoarseFem(Metamodel):
 
     @property
     def model_bytes(self) -> int:
-        return self._model.memory_bytes if self._model else 0
+        return factor_bytes(self._model, self.scene.harmonic) if self._model else 0
 
     def _fit(self, train: xr.Dataset | None) -> None:
         harmonic = self.scene.harmonic

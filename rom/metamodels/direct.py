@@ -40,7 +40,7 @@ class Direct(Metamodel):
 
     @property
     def model_bytes(self) -> int:
-        return self._model.memory_bytes if self._model else 0
+        return factor_bytes(self._model, self.scene.harmonic) if self._model else 0
 
     def _fit(self, train: xr.Dataset | None) -> None:
         scene = self.scene
@@ -75,6 +75,11 @@ class Direct(Metamodel):
 
     def _restore(self, data: xr.Dataset) -> None:
         self._fit(None)
+
+
+def factor_bytes(model: SecondOrderModel, harmonic: bool) -> int:
+    """Memory of the factor that the online stage holds [byte]."""
+    return (model.harmonic_factorization(1.0, 0.1) if harmonic else model.static_factorization).memory_bytes
 
 
 class DirectReused(Direct):

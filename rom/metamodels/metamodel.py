@@ -68,7 +68,7 @@ class Metamodel(ABC):
             if train is None:
                 raise ValueError(f"{self.name} learns from snapshots: give fit() a training dataset")
             check_scene(train, self.scene, "the training dataset")
-            if not np.isfinite(train["displacement"].values.view(float)).all():
+            if not np.isfinite(train["displacement"].values).all():
                 raise ValueError("the training displacement holds a value that is not finite: drop that case")
         self._fit(train)
         self.offline_seconds = time.perf_counter() - start
@@ -118,6 +118,21 @@ class Metamodel(ABC):
     def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
         """Variables by which a method says how wrong an answer may be; empty where it cannot."""
         return {}
+
+    def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
+        """What the method's own basis could answer at best: tells projection error from regression error.
+
+        Parameters
+        ----------
+        values : (n_case, n_free) ndarray [m]
+            True answers.
+
+        Returns
+        -------
+        (n_case, n_free) ndarray [m] or None
+            None where a method has no basis that all cases share.
+        """
+        return None
 
     def residual(self, cases: xr.Dataset, answer: xr.Dataset) -> xr.DataArray:
         """(case,) relative residual ``||Z u - f|| / ||f||`` of a full-field answer; needs no reference."""

@@ -144,6 +144,10 @@ class PodGalerkin(Metamodel):
     def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
         return combine(self.coordinates(cases), self._basis.rows(outputs))
 
+    def best_approximation(self, values: np.ndarray) -> np.ndarray:
+        orthonormal = np.linalg.qr(self._basis.field.T)[0]
+        return (values @ orthonormal) @ orthonormal.T
+
     def _state(self) -> xr.Dataset:
         return xr.Dataset({
             "shape": (("pole", "dof"), self._basis.field, {"long_name": "Ritz shape in the POD basis"}),

@@ -115,6 +115,10 @@ class PodRegression(Metamodel):
             coefficients = coefficients[:, :half] + 1j * coefficients[:, half:]
         return combine(coefficients, self._basis.rows(outputs))
 
+    def best_approximation(self, values: np.ndarray) -> np.ndarray:
+        rows = self._basis.field
+        return (values @ rows.T) @ rows
+
     def _state(self) -> xr.Dataset:
         return xr.Dataset({
             "pod_mode": (("rank", "dof"), self._basis.field, {"long_name": "POD mode", "units": "1"}),

@@ -33,14 +33,19 @@ class StaticPointForces(Scene):
     regions: ClassVar[tuple[str, ...]] = ("unseen node", "four or five forces")
 
     def sample(self, count: int, seed: int = 0) -> CaseArrays:
-        return self._draw(count, np.array([1, 2, 3]), np.random.default_rng([seed, 1]))
+        # half of the distinct single nodes and pairs at most, so that a draw never starves
+        singles = min(count // 6, self.n_pad // 2)
+        pairs = min(count // 3, self.n_pad * (self.n_pad - 1) // 4)
+        numbers = np.repeat([1, 2, 3], [singles, pairs, count - singles - pairs])
+        return self._draw(numbers, np.random.default_rng([seed, 1]))
 
     def sample_beyond(self, count: int, seed: int = 0) -> CaseArrays:
-        return self._draw(count, np.array([4, 5]), np.random.default_rng([seed, 2]))
+        return self._draw(np.repeat([4, 5], [count // 2, count - count // 2]), np.random.default_rng([seed, 2]))
 
-    def _draw(self, count: int, numbers: np.ndarray, rng: np.random.Generator) -> CaseArrays:
+    def _draw(self, numbers: np.ndarray, rng: np.random.Generator) -> CaseArrays:
+        count = len(numbers)
         width = int(numbers.max())
-        forces = numbers[rng.permutation(count) % len(numbers)]
+        forces = rng.permutation(numbers)
         node = np.zeros((count, width), dtype=np.int64)
         force = np.zeros((count, width))
         seen: set[tuple[int, ...]] = set()

@@ -1,0 +1,141 @@
+"""The command `rom`: scenes, methods, datasets, comparisons, the report.
+
+Anything wrong with the input ends with one sentence on standard error and exit code 2; a full disk or an unwritable folder
+likewise. Progress bars go to standard error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from rom.errors import RomError
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    arguments = _parser().parse_args(argv)
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
+    try:
+        arguments.run(arguments)
+    except (RomError, ValueError, OSError) as error:
+        print(f"rom: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("rom: interrupted; finished pieces are kept, the same command goes on from them", file=sys.stderr)
+        return 130
+    return 0
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> None:  # one sentence, not the whole usage
+        self.exit(2, f"rom: {message}; `{self.prog} --help` lists what there is\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="rom", description="Reduced-order models of the human fingertip, compared honestly.")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
+
+    scenes = commands.add_parser("scenes", help="list the scenes, what each needs and what it leaves out")
+    scenes.set_defaults(run=_scenes)
+
+    dataset = commands.add_parser("dataset", help="make a dataset of a scene, resumable")
+    dataset.add_argument("scene", metavar="SCENE")
+    dataset.add_argument("--cases", type=int, required=True, help="cases within the published ranges")
+    dataset.add_argument("--beyond", type=int, default=0, help="further cases outside them (default 0)")
+    dataset.add_argument("--output", type=Path, required=True, metavar="FILE")
+    dataset.add_argument("--seed", type=int, default=0)
+    dataset.add_argument("--preset", default="metamodel", help="mesh: metamodel (default) or study")
+    dataset.add_argument("--compress", action="store_true", help="smaller and slower to write")
+    dataset.set_defaults(run=_dataset)
+
+    compare = commands.add_parser("compare", help="compare the metamodels of a scene and write its report")
+    compare.add_argument("scene", metavar="SCENE")
+    compare.add_argument("--output", type=Path, required=True, metavar="FOLDER")
+    compare.add_argument("--methods", help="comma-separated names (default: all that apply)")
+    compare.add_argument("--cases", type=int, help="cases within the published ranges, held-out ones included")
+    _common(compare)
+    compare.set_defaults(run=_compare)
+
+    report = commands.add_parser("report", help="compare all scenes and write the report's pages")
+    report.add_argument("--output", type=Path, default=Path("reports"), metavar="FOLDER")
+    _common(report)
+    report.set_defaults(run=_report)
+    return parser
+
+
+def _common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--quick", action="store_true", help="coarse mesh and few cases: a check, not a result")
+    parser.add_argument("--seed", type=int, default=0)
+
+
+def bar(items: Iterable, title: str) -> Iterable:
+    """Wrap an iteration in a progress bar."""
+    from tqdm import tqdm
+
+    return tqdm(items, desc=title, file=sys.stderr, leave=False, disable=None)
+
+
+def _scenes(_: argparse.Namespace) -> None:
+    from rom.comparison.settings import NOT_APPLICABLE
+    from rom.metamodels import applicable
+    from rom.scenes import SCENES
+
+    for scene in SCENES.values():
+        print(f"{scene.name}: {scene.title}\n  question    {scene.question}\n  gate        {scene.gate:.0%} at the maximum"
+              f" over held-out cases")
+        for heading, entries in (("inputs", scene.inputs), ("needs", scene.needs), ("leaves out", scene.leaves_out)):
+            for i, (name, text) in enumerate(entries.items()):
+                print(f"  {heading if i == 0 else '':<11} {name}: {text}")
+        print("  outputs     full field, or the pad surface alone")
+        print(f"  methods     {', '.join(applicable(scene.name))}")
+        for i, (name, reason) in enumerate(NOT_APPLICABLE[scene.name].items()):
+            print(f"  {'not' if i == 0 else '':<11} {name}: {reason}")
+        print()
+
+
+def _dataset(arguments: argparse.Namespace) -> None:
+    from rom.datasets import make_dataset
+    from rom.fingertip import Fingertip
+    from rom.scenes import get_scene
+
+    scene = get_scene(arguments.scene, Fingertip.preset(arguments.preset))
+    path = make_dataset(scene, arguments.cases, arguments.output, beyond=arguments.beyond, seed=arguments.seed,
+                        compress=arguments.compress, progress=lambda items: bar(items, "snapshots"))
+    print(path)
+
+
+def _compare(arguments: argparse.Namespace) -> None:
+    from rom.comparison import compare, write_results
+    from rom.reporting import conclusions, write_report
+
+    methods = arguments.methods.split(",") if arguments.methods else None
+    results = compare(arguments.scene, methods=methods, cases=arguments.cases, quick=arguments.quick,
+                      seed=arguments.seed, progress=bar)
+    write_results(results, arguments.output)
+    page = write_report(results, arguments.output)
+    print(*conclusions(results), page, sep="\n")
+
+
+def _report(arguments: argparse.Namespace) -> None:
+    from rom.comparison import compare, write_results
+    from rom.reporting import conclusions, write_index, write_report
+    from rom.scenes import SCENES
+
+    pages = []
+    for name in SCENES:
+        folder = arguments.output / name
+        results = compare(name, quick=arguments.quick, seed=arguments.seed, progress=bar)
+        write_results(results, folder)
+        page = write_report(results, folder)
+        sentences = conclusions(results)
+        print(f"\n{results.attrs['title']}", *sentences, page, sep="\n")
+        pages.append((results.attrs["title"], page.relative_to(arguments.output).as_posix(), sentences[0]))
+    print(f"\n{write_index(arguments.output, pages)}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

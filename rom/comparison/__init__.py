@@ -1,0 +1,5 @@
+"""Comparison: every metamodel on the same held-out cases."""
+
+from rom.comparison.compare import compare, write_results
+
+__all__ = ["compare", "write_results"]

@@ -1,0 +1,184 @@
+"""Every metamodel of a scene on the same held-out cases: error, time, offline cost, in one dataset of results."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rom.cache import cached_path
+from rom.comparison.entries import Truth, fit_entries
+from rom.comparison.measure import BATCH, measure_errors, measure_times, worst_fields
+from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, Curve
+from rom.comparison.timing import threads_in_use
+from rom.datasets import SPLITS, make_dataset, read_dataset, select
+from rom.fingertip import Fingertip, MeshDensity
+from rom.metamodels import METHODS, create, metamodel_class
+from rom.provenance import machine, source_digest, stamp
+from rom.scenes import SCENES, Scene, get_scene
+
+CASES, BEYOND, REPEATS = 1434, 144, 21
+"""Default numbers of cases within and beyond the published ranges (6 x 239 within), and of timed repeats."""
+QUICK_CASES, QUICK_BEYOND, QUICK_REPEATS = 240, 24, 5
+QUICK_DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
+FLOOR_SCALE, FLOOR_CASES = 1.25, 4
+"""The finer mesh, and the number of cases on it, that measure the mesh-convergence floor."""
+Progress = Callable[[Iterable, str], Iterable]
+
+
+def no_progress(items: Iterable, _: str) -> Iterable:
+    """Show nothing."""
+    return items
+
+
+def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | None = None, quick: bool = False,
+            seed: int = 0, fingertip: Fingertip | None = None, progress: Progress = no_progress) -> xr.Dataset:
+    """Fit, predict and time every method of a scene.
+
+    Parameters
+    ----------
+    scene_name : str
+    methods : list of str, optional
+        Default: all that apply; `direct` always joins, as the baseline.
+    cases : int, optional
+        Cases within the published ranges, training and held-out together.
+    quick : bool
+        A coarse mesh and few cases: a check that everything runs, not a result.
+    seed : int
+        Decides cases, splits and networks.
+    fingertip : Fingertip, optional
+        Default: the `metamodel` preset.
+
+    Returns
+    -------
+    xr.Dataset
+        See the README for its dimensions and variables.
+
+    Raises
+    ------
+    ValueError
+        For an unknown scene or method, or one that does not apply to the scene.
+    """
+    curves = chosen_curves(scene_name, methods, quick)
+    if fingertip is None:
+        fingertip = Fingertip.preset("metamodel")
+        if quick:
+            fingertip = replace(fingertip, density=QUICK_DENSITY)
+    scene = get_scene(scene_name, fingertip)
+    cases = cases or (QUICK_CASES if quick else CASES)
+    if cases < 10:
+        raise ValueError(f"{cases} cases are too few to learn from and to hold out: ask for ten or more")
+    beyond = max(8, cases // 10) if cases else (QUICK_BEYOND if quick else BEYOND)
+    truth = find_truth(scene, cases, beyond, seed, progress)
+    entries, omitted = fit_entries(scene, curves, truth, lambda items: progress(items, "fitting"))
+    held_out = truth.held_out()
+    tests = read_dataset(truth.path, held_out)
+    arrays, values = scene.case_arrays(tests), scene.values(tests)
+    results = xr.Dataset(measure_errors(entries, scene, truth, values, arrays, held_out))
+    within = arrays.take(np.isin(held_out, select(truth.index, "published", "test")))
+    repeats = QUICK_REPEATS if quick else REPEATS
+    results = results.assign(measure_times(entries, scene, within, repeats, 256 if quick else BATCH,
+                                           lambda items: progress(list(items), "timing")))
+    results = xr.merge([results, worst_fields(entries, scene, values, arrays, held_out, results["case_error"].values),
+                        _case_coordinates(tests, held_out)], combine_attrs="drop_conflicts")
+    results = results.assign_coords(
+        entry=[entry.label for entry in entries], method=("entry", [entry.method for entry in entries]),
+        setting=("entry", [entry.setting for entry in entries]),
+        headline=("entry", [entry.headline for entry in entries]), split=list(SPLITS), region=list(scene.regions))
+    results = results.assign(mesh_floor(scene, within, values[np.isin(held_out, select(truth.index, "published", "test"))]))
+    if scene.harmonic:
+        results["natural_frequency"] = ("natural_mode", natural_frequencies(scene), {
+            "long_name": "natural frequency", "units": "Hz"})
+    results.attrs = {**_attributes(scene, curves, truth, omitted), "seed": seed, "quick": int(quick),
+                     **stamp(created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))}
+    return results
+
+
+def chosen_curves(scene_name: str, methods: list[str] | None, quick: bool) -> dict[str, Curve]:
+    """Settings of the methods asked for; ValueError for one that is unknown or does not apply."""
+    if scene_name not in SCENES:
+        raise ValueError(f"{scene_name!r} is no scene: choose one of {', '.join(SCENES)}")
+    curves = (QUICK_CURVES if quick else CURVES)[scene_name]
+    if methods is None:
+        return curves
+    for name in methods:
+        if name not in METHODS:
+            raise ValueError(f"{name!r} is no method: choose from {', '.join(METHODS)}")
+        if name not in curves:
+            reason = NOT_APPLICABLE[scene_name].get(name, "it is not part of this comparison")
+            raise ValueError(f"{name} does not apply to {scene_name}: {reason}")
+    return {name: curve for name, curve in curves.items() if name in methods or name == "direct"}
+
+
+def find_truth(scene: Scene, cases: int, beyond: int, seed: int, progress: Progress) -> Truth:
+    """The truth of a scene from the cache, made if it is not there."""
+    recipe = {"scene": scene.to_json(), "content": scene.content_hash, "cases": cases, "beyond": beyond, "seed": seed,
+              "source": source_digest("fullorder", "fingertip", "scenes", "datasets")}
+    path = cached_path("datasets", recipe)
+    if not path.exists():
+        make_dataset(scene, cases, path, beyond=beyond, seed=seed, progress=lambda items: progress(items, "snapshots"))
+    return Truth(path, path.stem)
+
+
+def mesh_floor(scene: Scene, arrays, values: np.ndarray) -> dict[str, tuple]:
+    """How far the truth itself is from a finer mesh: errors below this are not more right."""
+    from rom.comparison.errors import relative_errors
+
+    pick = np.linspace(0, len(arrays) - 1, min(FLOOR_CASES, len(arrays))).astype(int)
+    recipe = {"content": scene.content_hash, "scene": scene.name, "scale": FLOOR_SCALE,
+              "cases": [None if a is None else a[pick].tolist() for a in arrays],
+              "source": source_digest("fullorder", "fingertip", "scenes", "metamodels/coarse_fem.py")}
+    path = cached_path("floors", recipe, ".json")
+    if path.exists():
+        error = np.array(json.loads(path.read_text(encoding="utf-8")))
+    else:
+        finer = create("coarse-fem", scene, scale=FLOOR_SCALE).fit()
+        error = relative_errors(finer.evaluate(arrays.take(pick), "field"), values[pick])
+        from rom.datasets.storage import whole_file
+
+        with whole_file(path) as temporary:
+            temporary.write_text(json.dumps(error.tolist()), encoding="utf-8")
+    text = f"relative difference to a mesh {FLOOR_SCALE:g} times as fine along each edge"
+    return {f"mesh_floor_{name}": ((), float(kind(error)), {"long_name": f"{name} {text}", "units": "1"})
+            for name, kind in (("median", np.median), ("max", np.max))}
+
+
+def natural_frequencies(scene: Scene) -> np.ndarray:
+    """Natural frequencies within the scene's band [Hz]."""
+    model = metamodel_class("modal")(scene).fit()
+    return np.sqrt(model.eigenvalue) / (2.0 * np.pi)
+
+
+def _case_coordinates(tests: xr.Dataset, held_out: np.ndarray) -> xr.Dataset:
+    keep = [name for name in ("load_node", "force_amplitude", "frequency", "loss_factor", "hard_region",
+                              "split_published", "split_hard") if name in tests]
+    index = tests[keep].assign_coords(case=held_out)
+    return index.set_coords(keep)
+
+
+def _attributes(scene: Scene, curves: dict[str, Curve], truth: Truth, omitted: list[str]) -> dict:
+    counts = {part: {split: len(select(truth.index, split, part)) for split in SPLITS} for part in ("train", "test")}
+    return {
+        "scene": scene.name, "title": scene.title, "question": scene.question, "gate": scene.gate,
+        "scene_needs": json.dumps(scene.needs), "scene_leaves_out": json.dumps(scene.leaves_out),
+        "method_summaries": json.dumps({name: metamodel_class(name).summary for name in curves}),
+        "not_applicable": json.dumps(NOT_APPLICABLE[scene.name]), "omitted": json.dumps(omitted),
+        "machine": machine(), "threads": threads_in_use(), "backend": scene.full_order.backend,
+        "n_free": scene.n_free, "n_nodes": len(scene.fingertip.mesh.nodes), "n_pad": scene.n_pad,
+        "n_train": json.dumps(counts["train"]), "n_test": json.dumps(counts["test"]),
+        "residual_max": float(truth.index["residual"].max()), "scene_parameters": scene.to_json(),
+        "scene_hash": scene.content_hash, "mesh_hash": scene.fingertip.mesh.mesh_hash}
+
+
+def write_results(results: xr.Dataset, folder: str | Path) -> Path:
+    """Write ``results.nc`` into a folder and return its path."""
+    from rom.datasets.storage import write_netcdf
+
+    path = Path(folder) / "results.nc"
+    write_netcdf(results, path, compress=True)
+    return path

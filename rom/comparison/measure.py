@@ -1,0 +1,196 @@
+"""Measurements of fitted entries: errors on held-out cases, times, floors, certificates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from rom.comparison.entries import Entry, Truth
+from rom.comparison.errors import energy_errors, relative_errors, statistics
+from rom.comparison.timing import interleaved, memory_bandwidth, product_rate
+from rom.datasets import SPLITS, select
+from rom.scenes import CaseArrays, Scene
+
+BATCH = 2048
+SLOW_BATCH = 32
+"""Cases in a batch of a method that factorises: enough to share what can be shared, few enough to wait for."""
+
+
+def measure_errors(entries: list[Entry], scene: Scene, truth: Truth, values: np.ndarray, arrays: CaseArrays,
+                   cases: np.ndarray) -> dict[str, tuple]:
+    """Error variables of the results.
+
+    Parameters
+    ----------
+    values : (n_case, n_free) ndarray [m]
+        True answers of the held-out cases.
+    arrays : CaseArrays
+        Their inputs.
+    cases : (n_case,) ndarray of int
+        Their positions in the truth.
+    """
+    n_entry, n_case, n_region = len(entries), len(cases), len(scene.regions)
+    error = np.full((n_entry, len(SPLITS), n_case), np.nan)
+    stats = np.full((3, n_entry, len(SPLITS)), np.nan)
+    projection = np.full((n_entry, len(SPLITS)), np.nan)
+    by_region = np.full((n_entry, n_region), np.nan)
+    worst = np.full((n_entry, len(SPLITS)), -1)
+    effectivity = np.full((3, n_entry), np.nan)
+    region = truth.index["hard_region"].values[cases]
+    tested = {split: np.flatnonzero(np.isin(cases, select(truth.index, split, "test"))) for split in SPLITS}
+    for i, entry in enumerate(entries):
+        answers = None
+        for j, split in enumerate(SPLITS):
+            if j == 0 or entry.models[split] is not entry.models[SPLITS[0]]:
+                answers = entry.models[split].evaluate(arrays, "field")
+            rows = tested[split]
+            error[i, j, rows] = relative_errors(answers[rows], values[rows])
+            stats[:, i, j] = statistics(error[i, j, rows])
+            if len(rows):
+                worst[i, j] = cases[rows[np.argmax(error[i, j, rows])]]
+            best = entry.models[split].best_approximation(values[rows])
+            if best is not None and len(rows):
+                projection[i, j] = relative_errors(best, values[rows]).max()
+        for k in range(n_region):
+            inside = error[i, -1, region == k + 1]
+            by_region[i, k] = np.nan if not len(inside) or np.isnan(inside).all() else np.nanmax(inside)
+        if hasattr(entry.model, "error_bound"):
+            made = energy_errors(entry.models[SPLITS[0]].evaluate(arrays, "field"), values,
+                                 scene.full_order.stiffness)
+            ratio = entry.model.error_bound(arrays) / made
+            effectivity[:, i] = ratio.min(), np.median(ratio), ratio.max()
+    maximum, p95, median = stats
+    one = {"units": "1"}
+    return {
+        "error_max": (("entry", "split"), maximum, {"long_name": "largest relative error over held-out cases", **one}),
+        "error_p95": (("entry", "split"), p95, {"long_name": "95 % quantile of the relative error", **one}),
+        "error_median": (("entry", "split"), median, {"long_name": "median relative error", **one}),
+        "error_by_region": (("entry", "region"), by_region, {
+            "long_name": "largest relative error in a part of the hard split", **one}),
+        "case_error": (("entry", "split", "case"), error, {"long_name": "relative error of a held-out case", **one}),
+        "worst_case": (("entry", "split"), worst, {"long_name": "case of the largest error", **one}),
+        "projection_error_max": (("entry", "split"), projection, {
+            "long_name": "largest relative error of the best approximation in the method's own basis", **one}),
+        **{f"effectivity_{name}": ("entry", effectivity[k], {
+            "long_name": f"{name} of bound over true energy error", **one})
+            for k, name in enumerate(("min", "median", "max"))},
+    }
+
+
+def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeats: int, batch: int,
+                  progress: Callable) -> dict[str, tuple]:
+    """Time variables of the results; every method on the same cases, interleaved.
+
+    Parameters
+    ----------
+    arrays : CaseArrays
+        Held-out cases; at least ``repeats`` of them, or they are taken in turn.
+    """
+    n = len(arrays)
+    single = [arrays.take(slice(i % n, i % n + 1)) for i in range(repeats)]
+    labelled = [scene.cases_from(case) for case in single]
+    names = [entry.label for entry in entries]
+    slow = {name: entry.method.startswith("direct") or entry.method == "coarse-fem"
+            for name, entry in zip(names, entries, strict=True)}
+    many = arrays.take(np.arange(batch) % n)
+    some = arrays.take(np.arange(min(SLOW_BATCH, batch)) % n)
+    models = {entry.label: entry.model for entry in entries}
+
+    def times(call: Callable, count: int, warm_up: int = 2) -> dict[str, np.ndarray]:
+        return interleaved({name: (lambda i, m=model: call(m, i)) for name, model in models.items()}, count, warm_up,
+                           progress)
+
+    online = times(lambda m, i: m.evaluate(single[i], "field"), repeats)
+    output = times(lambda m, i: m.evaluate(single[i], "pad"), repeats)
+    called = times(lambda m, i: m.predict(labelled[i]), max(3, repeats // 3), 1)
+    batches = interleaved({name: (lambda _, m=models[name], b=some if slow[name] else many: m.evaluate(b, "field"))
+                           for name in names}, 3, 1, progress)
+    sizes = np.array([len(some) if slow[name] else len(many) for name in names])
+
+    def median(found: dict[str, np.ndarray]) -> np.ndarray:
+        return np.array([np.median(found[name]) for name in names])
+
+    one_case, per_case = median(online), median(batches) / sizes
+    fit = np.array([entry.model.offline_seconds for entry in entries])
+    snapshots = np.array([entry.snapshot_seconds for entry in entries])
+    floor, batch_floor = _floors(entries, scene)
+    direct = names.index("direct") if "direct" in names else None
+    def ratio(seconds: np.ndarray) -> np.ndarray:
+        return np.full(len(names), np.nan) if direct is None else seconds[direct] / seconds
+    gain = one_case[direct] - one_case if direct is not None else np.full(len(names), np.nan)
+    break_even = np.divide(fit + snapshots, gain, out=np.full(len(names), np.inf), where=gain > 0)
+    s = {"units": "s"}
+    return {
+        "online_seconds": (("entry", "repeat"), np.array([online[name] for name in names]), {
+            "long_name": "wall time of one case, full field", **s}),
+        "output_seconds": ("entry", median(output), {"long_name": "wall time of one case, pad surface only", **s}),
+        "call_seconds": ("entry", np.maximum(median(called) - one_case, 0.0), {
+            "long_name": "what the labelled call adds for one case", **s}),
+        "batch_seconds": ("entry", per_case, {"long_name": "wall time of a case in a large batch, full field", **s}),
+        "batch_size": ("entry", sizes, {"long_name": "cases in that batch", "units": "1"}),
+        "snapshot_seconds": ("entry", snapshots, {"long_name": "solving the training cases", **s}),
+        "fit_seconds": ("entry", fit, {"long_name": "fitting, without the snapshots", **s}),
+        "offline_seconds": ("entry", fit + snapshots, {"long_name": "snapshots and fitting", **s}),
+        "model_bytes": ("entry", np.array([entry.model.model_bytes for entry in entries]), {
+            "long_name": "memory of the online stage", "units": "byte"}),
+        "floor_seconds": ("entry", floor, {"long_name": "fewest bytes of one answer over memory bandwidth", **s}),
+        "batch_floor_seconds": ("entry", batch_floor, {
+            "long_name": "operations of the batch product over the matrix-product rate", **s}),
+        "speedup": ("entry", ratio(one_case), {"long_name": "median of direct over median of the method, one case",
+                                               "units": "1"}),
+        "batch_speedup": ("entry", ratio(per_case), {"long_name": "the same in a batch", "units": "1"}),
+        "output_speedup": ("entry", ratio(median(output)), {"long_name": "the same, pad only", "units": "1"}),
+        "break_even_cases": ("entry", break_even, {"long_name": "cases after which the offline cost is repaid",
+                                                   "units": "1"}),
+    }
+
+
+def _floors(entries: list[Entry], scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Least times that the memory and the arithmetic of this machine allow; NaN where a method states none."""
+    n_bytes = np.array([float(entry.model.online_bytes) for entry in entries])
+    floor, batch = np.full(len(entries), np.nan), np.full(len(entries), np.nan)
+    rates = {kind: product_rate(kind) for kind in ("float32", "float64")}
+    for i, entry in enumerate(entries):
+        if not n_bytes[i]:
+            continue
+        # read at the rate of a matrix of that size: a small basis stays in the processor's cache
+        floor[i] = n_bytes[i] / memory_bandwidth(int(n_bytes[i]))
+        kind = entry.model.settings.get("precision", "float64")
+        width = 4 if kind == "float32" else 8
+        parts = 2 if scene.harmonic else 1
+        batch[i] = 2.0 * parts * (n_bytes[i] / width) / rates[kind]
+    return floor, batch
+
+
+def worst_fields(entries: list[Entry], scene: Scene, values: np.ndarray, arrays: CaseArrays, cases: np.ndarray,
+                 error: np.ndarray) -> xr.Dataset:
+    """Truth and answer on the skin at the worst held-out case of the published split, for each headline entry."""
+    mesh = scene.fingertip.mesh
+    skin = mesh.skin_nodes
+    headline = [i for i, entry in enumerate(entries) if entry.headline]
+    truth, answer = [], []
+    rows = [int(np.nanargmax(error[i, 0])) for i in headline]
+    for i, row in zip(headline, rows, strict=True):
+        one = arrays.take(slice(row, row + 1))
+        for found, field in ((truth, values[row]), (answer, entries[i].model.evaluate(one, "field")[0])):
+            full = np.zeros(3 * len(mesh.nodes), dtype=scene.dtype)
+            full[scene.fingertip.free_dofs] = field
+            found.append(full.reshape(-1, 3)[skin])
+    metres = {"units": "m"}
+    return xr.Dataset({
+        "worst_truth": (("worst", "skin_node", "component"), np.array(truth), {
+            "long_name": "displacement of the full-order model", **metres}),
+        "worst_answer": (("worst", "skin_node", "component"), np.array(answer), {
+            "long_name": "displacement of the metamodel", **metres}),
+        "worst_error": ("worst", error[headline, 0, rows], {"long_name": "relative error over the whole field",
+                                                            "units": "1"}),
+        "worst_load_node": ("worst", mesh.pad_nodes[arrays.node[rows, 0]], {"long_name": "first loaded node",
+                                                                             "units": "1"}),
+        "skin_quads": (("skin_quad", "corner"), np.searchsorted(skin, mesh.skin_quads), {
+            "long_name": "corners of the skin's faces", "units": "1"}),
+    }, coords={
+        "worst": [entries[i].label for i in headline], "component": ["x", "y", "z"],
+        **{f"skin_{axis}": ("skin_node", mesh.nodes[skin, k], {"long_name": f"{axis} of a skin node", **metres})
+           for k, axis in enumerate("xyz")}})

@@ -1,0 +1,92 @@
+"""The settings at which each method is run: its curve in the work-precision diagram, and its headline.
+
+A headline is the setting that speaks for a method in tables and bars; it was fixed from the methods' own nature and from
+validation cases, never from held-out ones.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from rom.scenes import HarmonicPointForce, StaticPointForces
+
+
+class Curve(NamedTuple):
+    """Settings of one method, and which of them is its headline."""
+
+    settings: tuple[dict[str, Any], ...]
+    headline: int = -1
+
+
+def _each(name: str, *values: Any, **fixed: Any) -> tuple[dict[str, Any], ...]:
+    return tuple({name: value, **fixed} for value in values)
+
+
+SINGLE = {"precision": "float32"}
+
+CURVES: dict[str, dict[str, Curve]] = {
+    StaticPointForces.name: {
+        "direct": Curve(({},)),
+        "direct-reused": Curve(({},)),
+        "coarse-fem": Curve(_each("scale", 0.4, 0.6, 0.8)),
+        "superposition": Curve(({}, SINGLE), headline=0),
+        "pod-galerkin": Curve(_each("rank", 30, 60, 120, 200, 239), headline=-1),
+        "pod-regression": Curve(_each("rank", 60, 120, 239)),
+        "transformer": Curve(({},)),
+    },
+    HarmonicPointForce.name: {
+        "direct": Curve(({},)),
+        "direct-reused": Curve(({},)),
+        "coarse-fem": Curve(_each("scale", 0.4, 0.6, 0.8)),
+        "modal": Curve(({"modes": 6}, {}, {"modes": 40}, {"modes": 120}), headline=1),
+        "modal-static": Curve(_each("modes", 20, 40, 80, 120), headline=-1),
+        "modal-krylov": Curve((
+            {"modes": 20, "vectors": 3, **SINGLE}, {"modes": 20, "vectors": 5, **SINGLE},
+            {"modes": 40, "vectors": 4, **SINGLE}, {"modes": 40, "vectors": 6, **SINGLE},
+            {"modes": 40, "vectors": 8, **SINGLE}, {"modes": 40, "vectors": 8}), headline=4),
+        "pod-galerkin": Curve(_each("rank", 50, 100, 200, 300, 400, 500), headline=-1),
+        "pod-regression": Curve(_each("rank", 50, 100, 200)),
+        "mlp": Curve(({},)),
+        "mlp-residual": Curve(({},)),
+    },
+}
+
+QUICK_CURVES: dict[str, dict[str, Curve]] = {
+    StaticPointForces.name: {
+        "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
+        "superposition": Curve(({},)), "pod-galerkin": Curve(_each("rank", 10, 25)),
+        "pod-regression": Curve(({"rank": 25},)), "transformer": Curve(({},)),
+    },
+    HarmonicPointForce.name: {
+        "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
+        "modal": Curve(({"modes": 6}, {}), headline=1), "modal-static": Curve(({"modes": 20},)),
+        "modal-krylov": Curve(({"modes": 20, "vectors": 3}, {"modes": 20, "vectors": 6}), headline=1),
+        "pod-galerkin": Curve(_each("rank", 20, 60)), "pod-regression": Curve(({"rank": 40},)),
+        "mlp": Curve(({},)), "mlp-residual": Curve(({},)),
+    },
+}
+
+NOT_APPLICABLE: dict[str, dict[str, str]] = {
+    StaticPointForces.name: {
+        "modal": "a static answer has no resonance to sum over; unit-load responses are exact and cheaper",
+        "modal-static": "its static part alone is already the exact answer: that is `superposition`",
+        "modal-krylov": "its first vector alone is already the exact answer: that is `superposition`",
+        "mlp": "takes one force with a frequency; several static forces are the transformer's case",
+        "mlp-residual": "nothing is left over when the static part is exact",
+    },
+    HarmonicPointForce.name: {
+        "superposition": "unit-load responses differ at every frequency and loss factor; storing them all is a look-up "
+                         "table, not a model",
+        "transformer": "is the published network for several static forces; one force needs no attention",
+    },
+}
+
+
+def label(method: str, settings: dict[str, Any]) -> str:
+    """Name of an entry: the method and its settings."""
+    return " ".join([method, *setting_words(settings)])
+
+
+def setting_words(settings: dict[str, Any]) -> list[str]:
+    """``name=value`` of each setting."""
+    return [f"{name}={value}" for name, value in settings.items()]
