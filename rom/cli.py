@@ -1,7 +1,7 @@
 """The command `rom`: scenes, methods, datasets, comparisons, the report.
 
-Anything wrong with the input ends with one sentence on standard error and exit code 2; a full disk or an unwritable folder
-likewise. Progress bars go to standard error.
+Anything wrong with the input ends with one sentence on standard error and exit code 2; a full disk or an unwritable
+folder likewise. Progress bars go to standard error.
 """
 
 from __future__ import annotations
@@ -85,8 +85,8 @@ def _scenes(_: argparse.Namespace) -> None:
     from rom.scenes import SCENES
 
     for scene in SCENES.values():
-        print(f"{scene.name}: {scene.title}\n  question    {scene.question}\n  gate        {scene.gate:.0%} at the maximum"
-              f" over held-out cases")
+        print(f"{scene.name}: {scene.title}\n  question    {scene.question}")
+        print(f"  gate        {scene.gate:.0%} at the maximum over held-out cases")
         for heading, entries in (("inputs", scene.inputs), ("needs", scene.needs), ("leaves out", scene.leaves_out)):
             for i, (name, text) in enumerate(entries.items()):
                 print(f"  {heading if i == 0 else '':<11} {name}: {text}")

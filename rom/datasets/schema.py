@@ -63,12 +63,14 @@ def mesh_variables(scene: Scene) -> dict[str, tuple]:
             "node_coordinates": "node_x node_y node_z", "volume_node_connectivity": "mesh_volume_nodes",
             "volume_dimension": "hexahedron", "volume_shape_type": "mesh_volume_shape"}),
         "mesh_volume_nodes": (("hexahedron", "corner"), mesh.hexahedra.astype(np.int32), {
-            "cf_role": "volume_node_connectivity", "start_index": np.int32(0), "long_name": "corners of a hexahedron"}),
+            "cf_role": "volume_node_connectivity", "start_index": np.int32(0), "long_name": "corners of a hexahedron",
+            "units": "1"}),
         "mesh_volume_shape": (("hexahedron",), np.zeros(len(mesh.hexahedra), dtype=np.int8), {
-            "cf_role": "volume_shape_type", "flag_values": np.int8(0), "flag_meanings": "hexahedron"}),
+            "cf_role": "volume_shape_type", "flag_values": np.int8(0), "flag_meanings": "hexahedron",
+            "long_name": "shape of an element", "units": "1"}),
         "tissue": (("hexahedron",), mesh.tissue.astype(np.int8), {
             "long_name": "tissue of an element", "flag_values": np.arange(len(TISSUES), dtype=np.int8),
-            "flag_meanings": " ".join(TISSUES), "mesh": "mesh", "location": "volume"}),
+            "flag_meanings": " ".join(TISSUES), "units": "1", "mesh": "mesh", "location": "volume"}),
     }
 
 
@@ -111,5 +113,6 @@ def check_scene(data: xr.Dataset, scene: Scene, source: str = "the dataset") -> 
         raise SchemaError(f"{source} belongs to the scene {data.attrs.get('scene')!r}, not to {scene.name!r}: "
                           "give a dataset of this scene")
     if data.attrs.get("scene_hash") != scene.content_hash:
-        raise SchemaError(f"{source} belongs to another anatomy or mesh ({str(data.attrs.get('scene_hash'))[:12]} instead "
-                          f"of {scene.content_hash[:12]}): make it again for this fingertip")
+        found = str(data.attrs.get("scene_hash"))[:12]
+        raise SchemaError(f"{source} belongs to another anatomy or mesh ({found} instead of "
+                          f"{scene.content_hash[:12]}): make it again for this fingertip")

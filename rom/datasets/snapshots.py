@@ -93,8 +93,8 @@ def solve_cases(scene: Scene, arrays: CaseArrays) -> tuple[np.ndarray, np.ndarra
         values[group] = answer.T
     if not (residual <= RESIDUAL_LIMIT).all():
         worst = int(np.argmax(residual))
-        raise SolverError(f"case {worst} was solved with relative residual {residual[worst]:.1e}, above {RESIDUAL_LIMIT:g}: "
-                          "the matrix is too ill-conditioned for a direct truth")
+        raise SolverError(f"case {worst} was solved with relative residual {residual[worst]:.1e}, above "
+                          f"{RESIDUAL_LIMIT:g}: the matrix is too ill-conditioned for a direct truth")
     return values, residual
 
 

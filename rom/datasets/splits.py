@@ -18,7 +18,7 @@ HELD_OUT_FRACTION = 0.2
 
 
 def split_variables(scene: Scene, arrays: CaseArrays, n_within: int, seed: int) -> dict[str, tuple]:
-    """Variables ``split_published``, ``split_hard`` and ``hard_region`` for the first ``n_within`` cases and those beyond.
+    """Variables ``split_published``, ``split_hard`` and ``hard_region``.
 
     Parameters
     ----------
@@ -36,13 +36,14 @@ def split_variables(scene: Scene, arrays: CaseArrays, n_within: int, seed: int) 
     published[rng.permutation(n_within)[:round(HELD_OUT_FRACTION * n_within)]] = SPLIT_FLAGS["test"]
     region = scene.hard_region(arrays, seed).astype(np.int8)
     hard = np.where(region > 0, SPLIT_FLAGS["test"], SPLIT_FLAGS["train"]).astype(np.int8)
-    flags = {"flag_values": np.array(list(SPLIT_FLAGS.values()), dtype=np.int8), "flag_meanings": " ".join(SPLIT_FLAGS)}
+    flags = {"flag_values": np.array(list(SPLIT_FLAGS.values()), dtype=np.int8),
+             "flag_meanings": " ".join(SPLIT_FLAGS), "units": "1"}
     names = ["within training"] + list(scene.regions)
     return {
         "split_published": ("case", published, {"long_name": "random 20 % held out", **flags}),
         "split_hard": ("case", hard, {"long_name": "whole nodes, bands and ranges held out", **flags}),
         "hard_region": ("case", region, {
-            "long_name": "why a case is held out by the hard split",
+            "long_name": "why a case is held out by the hard split", "units": "1",
             "flag_values": np.arange(len(names), dtype=np.int8),
             "flag_meanings": " ".join(name.replace(" ", "_") for name in names)}),
     }

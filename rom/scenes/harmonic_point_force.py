@@ -48,8 +48,9 @@ class HarmonicPointForce(Scene):
 
     def sample(self, count: int, seed: int = 0) -> CaseArrays:
         points = np.stack(np.meshgrid(FREQUENCY, LOSS_FACTOR, indexing="ij"), axis=-1).reshape(-1, 2)
-        if count > len(points) * self.n_pad:
-            raise ValueError(f"{count} cases are more than the {len(points) * self.n_pad} of {self.name}: ask for fewer")
+        most = len(points) * self.n_pad
+        if count > most:
+            raise ValueError(f"{count} cases are more than the {most} of {self.name}: ask for fewer")
         return self._draw(count, points, np.random.default_rng([seed, 3]))
 
     def sample_beyond(self, count: int, seed: int = 0) -> CaseArrays:

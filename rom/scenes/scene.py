@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -19,13 +20,17 @@ import xarray as xr
 from rom.fingertip import Anatomy, Fingertip, MeshDensity
 from rom.fullorder import SecondOrderModel
 
+LOAD_VARIABLES = ("load_node", "force_amplitude")
 NO_FORCE = -1
 """Stands in ``load_node`` where a case has fewer forces than the dataset has room for."""
 
 
-class CaseArrays(NamedTuple):
+@dataclass(frozen=True, eq=False, slots=True)
+class CaseArrays:
     """The inputs of a block of cases as plain arrays: what the lean calls take.
 
+    Parameters
+    ----------
     node : (n_case, n_force) ndarray of int
         Row of the load in ``mesh.pad_nodes`` (not the mesh's node id); any row where the force is zero.
     force : (n_case, n_force) ndarray [N]
@@ -39,8 +44,13 @@ class CaseArrays(NamedTuple):
     frequency: np.ndarray | None = None
     loss_factor: np.ndarray | None = None
 
-    def __len__(self) -> int:  # number of cases, not of fields
+    def __len__(self) -> int:
+        """Number of cases."""
         return len(self.node)
+
+    def __iter__(self) -> Iterator[np.ndarray | None]:
+        """The four fields, in order."""
+        return iter((self.node, self.force, self.frequency, self.loss_factor))
 
     def take(self, index) -> CaseArrays:
         """The cases at ``index`` (slice, mask or integers)."""
@@ -136,14 +146,19 @@ class Scene(ABC):
             For a missing variable, a value that is not finite or out of its domain, or a node that is not on the
             pad; one sentence with the value, the rule and the remedy.
         """
-        wanted = ["load_node", "force_amplitude"] + (["frequency", "loss_factor"] if self.harmonic else [])
+        wanted = [*LOAD_VARIABLES] + (["frequency", "loss_factor"] if self.harmonic else [])
         for name in wanted:
             if name not in cases:
                 raise ValueError(f"cases of {self.name} lack the variable {name!r}: give all of {', '.join(wanted)}")
-        if "case" not in cases.dims:
-            raise ValueError(f"cases of {self.name} lack the dimension 'case': batch them along 'case'")
+        for name in wanted:
+            extra = set(cases[name].dims) - {"case"}
+            if "case" not in cases[name].dims or len(extra) > (name in LOAD_VARIABLES):
+                shape = "('case',) or ('case', 'force')" if name in LOAD_VARIABLES else "('case',)"
+                raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along {shape}")
+        if not cases.sizes["case"]:
+            raise ValueError(f"the batch of {self.name} holds no case: give at least one")
         loads = {}
-        for name in ("load_node", "force_amplitude"):
+        for name in LOAD_VARIABLES:
             values = cases[name].transpose("case", ...).values
             loads[name] = values[:, None] if values.ndim == 1 else values
         if loads["load_node"].shape != loads["force_amplitude"].shape:
@@ -155,20 +170,20 @@ class Scene(ABC):
         if not present.any(axis=1).all():
             raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one pad node")
         force = np.where(present, force, 0.0)
-        arrays = CaseArrays(np.where(present, rows, 0), force)
-        if self.harmonic:
-            frequency = _finite(cases["frequency"].values, "frequency", "Hz")
-            loss_factor = _finite(cases["loss_factor"].values, "loss_factor", "1")
-            for name, values in (("frequency", frequency), ("loss_factor", loss_factor)):
-                if (values < 0).any():
-                    raise ValueError(f"{name} {values.min():g} is negative: give zero or more")
-            arrays = arrays._replace(frequency=frequency, loss_factor=loss_factor)
-        return arrays
+        node = np.where(present, rows, 0)
+        if not self.harmonic:
+            return CaseArrays(node, force)
+        frequency = _finite(cases["frequency"].values, "frequency", "Hz")
+        loss_factor = _finite(cases["loss_factor"].values, "loss_factor", "1")
+        for name, values in (("frequency", frequency), ("loss_factor", loss_factor)):
+            if (values < 0).any():
+                raise ValueError(f"{name} {values.min():g} is negative: give zero or more")
+        return CaseArrays(node, force, frequency, loss_factor)
 
     def _pad_index(self, nodes: np.ndarray) -> np.ndarray:
         nodes = np.asarray(nodes)
         if not np.issubdtype(nodes.dtype, np.integer):
-            if not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any():
+            if nodes.dtype.kind != "f" or not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any():
                 raise ValueError("load_node holds a value that is no whole number: give ids of pad nodes")
             nodes = nodes.astype(np.int64)
         pad = self.fingertip.mesh.pad_nodes
@@ -195,7 +210,7 @@ class Scene(ABC):
             data["frequency"] = ("case", arrays.frequency, {"long_name": "excitation frequency", "units": "Hz"})
             data["loss_factor"] = ("case", arrays.loss_factor, {
                 "long_name": "loss factor eta of K (1 + i eta)", "units": "1"})
-        return xr.Dataset(data, coords={"case": np.arange(len(arrays))},
+        return xr.Dataset(data, coords={"case": ("case", np.arange(len(arrays)), {"long_name": "case", "units": "1"})},
                           attrs={"scene": self.name, "scene_hash": self.content_hash})
 
     def label(self, cases: xr.Dataset, values: np.ndarray, outputs: str | None = None) -> xr.Dataset:
@@ -217,12 +232,13 @@ class Scene(ABC):
             node = np.arange(len(mesh.nodes))
             full = np.zeros((len(values), 3 * len(node)), dtype=values.dtype)
             full[:, self.fingertip.free_dofs] = values
-        answer = cases.drop_vars("displacement", errors="ignore").copy()
+        # a stored dataset may come in as cases: its truth, and nodes that are not asked for, stay behind
+        answer = cases.drop_dims(["node", "component"], errors="ignore").drop_vars(TRUTH_VARIABLES, errors="ignore")
         answer["displacement"] = (("case", "node", "component"), full.reshape(len(values), len(node), 3), {
             "long_name": "displacement amplitude" if self.harmonic else "displacement", "units": "m"})
         return answer.assign_coords(
-            node=("node", node, {"long_name": "mesh node"}),
-            component=("component", ["x", "y", "z"]),
+            node=("node", node, {"long_name": "mesh node", "units": "1"}),
+            component=("component", ["x", "y", "z"], {"long_name": "component of the displacement"}),
             **{f"node_{axis}": ("node", mesh.nodes[node, i], {
                 "long_name": text, "units": "m"}) for i, (axis, text) in enumerate(AXES.items())})
 
@@ -275,11 +291,15 @@ class Scene(ABC):
         return np.sort(rng.choice(self.n_pad, size=max(1, round(fraction * self.n_pad)), replace=False))
 
 
+TRUTH_VARIABLES = ("residual", "solve_seconds")
+"""What a dataset says of its direct solves; no other method's answer may carry it."""
 AXES = {"x": "distance from the joint towards the tip", "y": "lateral position", "z": "position, dorsal positive"}
 
 
 def _finite(values: np.ndarray, name: str, unit: str) -> np.ndarray:
-    values = np.asarray(values, dtype=float)
+    if values.dtype.kind not in "iuf":
+        raise ValueError(f"{name} is of type {values.dtype}: every value must be a real number of {unit}")
+    values = values.astype(float)
     if not np.isfinite(values).all():
         bad = values[~np.isfinite(values)].ravel()[0]
         raise ValueError(f"{name} holds {bad}: every value must be a finite number of {unit}; mend or drop the case")
