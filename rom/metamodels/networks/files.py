@@ -1,0 +1,69 @@
+"""Weights on disk: one safetensors file, its attributes as JSON in the header. Nothing is ever unpickled."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save_file
+
+from rom.datasets.storage import whole_file
+from rom.errors import SchemaError
+
+REQUIRED = ("model_version", "method", "settings", "scene_parameters", "scene_hash", "mesh_hash", "offline_seconds")
+
+
+def write_weights(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
+    """Write arrays and attributes atomically.
+
+    Raises
+    ------
+    OSError
+        Where the folder cannot be written or the disk is full.
+    """
+    header = {name: json.dumps(value) for name, value in attributes.items()}
+    with whole_file(path) as temporary:
+        try:
+            # safetensors writes the memory as it lies: a transposed view would come back scrambled
+            save_file({name: np.ascontiguousarray(array) for name, array in arrays.items()}, temporary, header)
+        except SafetensorError as error:
+            raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
+
+
+def read_attributes(path: str | Path) -> dict[str, Any]:
+    """Attributes of a file of weights; only its header is read.
+
+    Raises
+    ------
+    SchemaError
+        Where the file is missing, truncated or not one of ours.
+    """
+    return _read(path, with_arrays=False)[0]
+
+
+def read_weights(path: str | Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Attributes and arrays of a file of weights; raises like :func:`read_attributes`."""
+    return _read(path, with_arrays=True)
+
+
+def _read(path: str | Path, with_arrays: bool) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    if not Path(path).is_file():
+        raise SchemaError(f"{path} does not exist: fit and save the network first, or correct the path")
+    try:
+        with safe_open(path, framework="numpy") as file:
+            header = file.metadata() or {}
+            names = list(file.keys()) if with_arrays else []
+            arrays = {name: file.get_tensor(name) for name in names}
+    except (SafetensorError, OSError) as error:
+        raise SchemaError(f"{path} is truncated or no safetensors file ({error}): fit the network again") from error
+    missing = [name for name in REQUIRED if name not in header]
+    if missing:
+        raise SchemaError(f"{path} holds no network of this toolkit, as it lacks {', '.join(missing)}: "
+                          "give a file that save() wrote")
+    try:
+        return {name: json.loads(text) for name, text in header.items()}, arrays
+    except json.JSONDecodeError as error:
+        raise SchemaError(f"{path} has a header that cannot be read ({error}): fit the network again") from error

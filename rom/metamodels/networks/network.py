@@ -1,0 +1,176 @@
+"""What the networks share: settings, positions of the loads, weights on disk.
+
+A network answers unit forces; amplitudes multiply and forces add outside of it, exactly, since the model is linear.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from rom.errors import NotFittedError, SchemaError
+from rom.metamodels.basis import Basis, check_precision
+from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.networks.files import read_weights, write_weights
+from rom.scenes import CaseArrays, Scene
+
+if TYPE_CHECKING:
+    import torch
+
+    from rom.metamodels.networks.training import History
+
+POSITIVE = ("rank", "width", "depth", "heads", "steps", "batch", "learning_rate", "modes", "powers")
+WEIGHT = "weight."
+"""Prefix of the module's tensors in a file; arrays without it belong to the method."""
+
+
+class Network(Metamodel):
+    """A network in reduced coordinates.
+
+    Parameters
+    ----------
+    scene : Scene
+    seed : int
+        Decides the weights, alone, on a given machine.
+    precision : {"float64", "float32"}
+        Of the stored basis; the network itself computes in single precision.
+    **settings
+        Named in each class.
+
+    Attributes
+    ----------
+    progress : callable
+        Wraps the iteration over training steps, to show a bar.
+    history : History
+        Training and validation error of the last fit.
+    """
+
+    learns: ClassVar[bool] = True
+
+    def __init__(self, scene: Scene, seed: int, precision: str, **settings: Any) -> None:
+        for name in POSITIVE:
+            value = settings.get(name)
+            if value is not None and not value > 0:
+                raise ValueError(f"{name}={value} cannot be: give a value above zero")
+        if settings.get("weight_decay", 0.0) < 0:
+            raise ValueError(f"weight_decay={settings['weight_decay']:g} cannot be: give zero or more")
+        super().__init__(scene, **settings, seed=seed, precision=check_precision(precision))
+        self.progress: Callable[[Iterable[int]], Iterable[int]] = iter
+        self.history: History | None = None
+        self._module: torch.nn.Module | None = None
+        self._basis: Basis
+
+    @property
+    def fitted(self) -> bool:
+        return self._module is not None
+
+    @property
+    def _module_bytes(self) -> int:
+        return sum(tensor.nbytes for tensor in self._module.state_dict().values()) if self._module else 0
+
+    @property
+    def model_bytes(self) -> int:
+        return self._module_bytes + self._basis.nbytes
+
+    @property
+    def online_bytes(self) -> int:
+        planes = 2 if self.scene.harmonic else 1
+        return self._module_bytes + self._basis.field.nbytes + planes * self._basis.field[0].nbytes
+
+    # ---- inputs ---------------------------------------------------------------------------------------------
+
+    def _places(self) -> np.ndarray:
+        """(n_pad, 6) ndarray [-]: positions, centred and scaled to at most one, and outward normals."""
+        position = self.scene.pad_positions - self.scene.pad_positions.mean(axis=0)
+        return np.concatenate([position / np.abs(position).max(), self.scene.pad_normals], axis=1).astype(np.float32)
+
+    def _load_matrix(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case, n_pad) ndarray [N]: force at each pad node."""
+        loads = np.zeros((len(cases), self.scene.n_pad))
+        np.add.at(loads, (np.arange(len(cases))[:, None], cases.node), cases.force)
+        return loads
+
+    def _begin(self, train: xr.Dataset) -> tuple[CaseArrays, np.ndarray]:
+        """Inputs and (n_case, n_free) answers of the training cases that have an answer to be relative to."""
+        arrays, values = self.scene.case_arrays(train), self.scene.values(train)
+        if len(arrays) < 2:
+            raise ValueError(f"{len(arrays)} training case is too few for {self.name}: give at least two")
+        moving = np.linalg.norm(values, axis=1) > 0
+        return (arrays, values) if moving.all() else (arrays.take(moving), values[moving])
+
+    # ---- files ----------------------------------------------------------------------------------------------
+
+    def save(self, path: str | Path) -> None:
+        """Write the fitted network as one safetensors file, atomically.
+
+        Raises
+        ------
+        NotFittedError, OSError
+        """
+        if not self.fitted:
+            raise NotFittedError(f"{self.name} has not been fitted: fit it before saving")
+        arrays = {str(name): variable.values for name, variable in self._state().items()}
+        write_weights(path, arrays, self._file_attributes())
+
+    @classmethod
+    def load(cls, path: str | Path, scene: Scene | None = None) -> Self:
+        attributes, arrays = read_weights(path)
+        model = cls._from_attributes(attributes, path, scene)
+        try:
+            model._restore(_dataset(arrays))
+        except (KeyError, RuntimeError, ValueError) as error:  # torch reports wrong shapes and names as RuntimeError
+            raise SchemaError(f"{path} lacks weights that {cls.name} needs, or holds others ({error}): "
+                              "fit the network again") from error
+        return model
+
+    def _state(self) -> xr.Dataset:
+        weights = {WEIGHT + name: tensor.numpy() for name, tensor in self._module.state_dict().items()}
+        return _dataset({"basis": self._basis.field, **self._arrays(), **weights})
+
+    def _restore(self, data: xr.Dataset) -> None:
+        import torch
+
+        from rom.metamodels.networks.training import reproducible
+
+        arrays = {str(name): variable.values for name, variable in data.items()}
+        weights = {name.removeprefix(WEIGHT): torch.from_numpy(array)
+                   for name, array in arrays.items() if name.startswith(WEIGHT)}
+        self._basis = Basis(arrays["basis"], self.scene.pad_rows, self.settings["precision"])
+        self._take_arrays(arrays)
+        with reproducible(0):  # initial weights are drawn, then overwritten
+            module = self._build(weights)
+        module.load_state_dict(weights)
+        self._keep(module)
+
+    def _keep(self, module: torch.nn.Module) -> None:
+        """Take a trained module for answering."""
+        self._module = module.eval()
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        """Arrays beside basis and weights that answering needs."""
+        return {}
+
+    def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
+        """Take back what :meth:`_arrays` gave."""
+
+    @abstractmethod
+    def _build(self, weights: dict[str, torch.Tensor]) -> torch.nn.Module:
+        """An untrained module of the shapes of ``weights``."""
+
+
+def _dataset(arrays: dict[str, np.ndarray]) -> xr.Dataset:
+    """Arrays under their names, each with dimensions of its own."""
+    return xr.Dataset({name: ([f"{name}_{axis}" for axis in range(np.ndim(array))], array)
+                       for name, array in arrays.items()})
+
+
+def as_tensor(array: np.ndarray) -> torch.Tensor:
+    """Single precision, contiguous."""
+    import torch
+
+    return torch.from_numpy(np.ascontiguousarray(array, dtype=np.float32))

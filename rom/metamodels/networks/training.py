@@ -1,0 +1,114 @@
+"""Training: AdamW with a warm-up and a cosine, the best weights on a validation part kept.
+
+Nothing depends on the clock or on global random state, so the seed alone decides the weights on a given machine.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor, nn
+
+log = logging.getLogger(__name__)
+
+WARM_UP = 0.1
+"""Share of the steps in which the learning rate rises."""
+CHECKS = 20
+"""Looks at the validation part, evenly spread over the steps."""
+THREADS = 1
+"""The matrices are small: more threads gain little, and reorder sums where other work shares the cores."""
+
+Errors = Callable[[Tensor | None], Tensor]
+
+
+@dataclass
+class History:
+    """Root mean square relative error at each look, of the training batches since the last and of validation."""
+
+    step: list[int] = field(default_factory=list)
+    train: list[float] = field(default_factory=list)
+    validation: list[float] = field(default_factory=list)
+
+
+@contextmanager
+def reproducible(seed: int) -> Iterator[torch.Generator]:
+    """Seed torch and fix its threads for a while; yield a generator of the same seed; put everything back."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(THREADS)
+    try:
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            yield torch.Generator().manual_seed(seed)
+    finally:
+        torch.set_num_threads(threads)
+
+
+def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Tensor], count: int, *, steps: int,
+          batch: int, learning_rate: float, weight_decay: float, generator: torch.Generator,
+          progress: Callable[[Iterable[int]], Iterable[int]] = iter) -> History:
+    """Minimise the mean squared relative error.
+
+    Parameters
+    ----------
+    module : nn.Module
+        Left in evaluation mode with the weights that did best on validation.
+    errors : callable
+        Squared relative error of each training case at the given positions, of all where None.
+    validation_errors : callable
+        The same of every validation case.
+    count : int
+        Number of training cases.
+    batch : int
+        Cases a step; all at once where it is not below ``count``.
+    progress : callable
+        Wraps the iteration over steps, to show a bar.
+    """
+    history, best, best_state = History(), math.inf, None
+    optimizer = torch.optim.AdamW(module.parameters(), lr=learning_rate, weight_decay=weight_decay)
+    every = max(1, steps // CHECKS)
+    queue = torch.empty(0, dtype=torch.long)
+    total = 0.0
+    module.train()
+    for step in progress(range(1, steps + 1)):
+        index = None
+        if batch < count:
+            while len(queue) < batch:
+                queue = torch.cat([queue, torch.randperm(count, generator=generator)])
+            index, queue = queue[:batch], queue[batch:]
+        for group in optimizer.param_groups:
+            group["lr"] = learning_rate * _rate(step / steps)
+        loss = errors(index).mean()
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        total += float(loss.detach())
+        if step % every == 0 or step == steps:
+            module.eval()
+            with torch.no_grad():
+                validation = math.sqrt(float(validation_errors().mean()))
+            module.train()
+            since = step - (history.step[-1] if history.step else 0)
+            history.step.append(step)
+            history.train.append(math.sqrt(total / since))
+            history.validation.append(validation)
+            total = 0.0
+            log.info("step %d of %d: training error %.2e, validation %.2e", step, steps, history.train[-1], validation)
+            if validation < best:
+                best, best_state = validation, {k: v.detach().clone() for k, v in module.state_dict().items()}
+    if best_state is None:
+        raise ValueError(f"training diverged with learning_rate={learning_rate:g}: give a smaller one")
+    module.load_state_dict(best_state)
+    module.eval()
+    return history
+
+
+def _rate(share: float) -> float:
+    """Factor of the learning rate when ``share`` of the steps is done."""
+    if share < WARM_UP:
+        return share / WARM_UP
+    return 0.5 + 0.5 * math.cos(math.pi * (share - WARM_UP) / (1 - WARM_UP))

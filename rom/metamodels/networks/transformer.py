@@ -1,0 +1,144 @@
+"""Forces as tokens: a transformer of the static displacement's POD coefficients.
+
+Each force is a token of its position and normal that attends to tokens of the pad; the answer is the sum of the
+tokens' answers, each times its amplitude. So any number of forces is answered, in any order, exactly homogeneous, and
+linearity need not be learned. Training cases are superposed exactly: combined linearly into those nearest to one
+force each, which is all that an additive network can learn from them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+import xarray as xr
+
+from rom.datasets.splits import carve_validation
+from rom.metamodels.basis import Basis, combine
+from rom.metamodels.networks.network import Network, as_tensor
+from rom.metamodels.pod import pod_of
+from rom.scenes import CaseArrays, Scene, StaticPointForces
+
+if TYPE_CHECKING:
+    import torch
+
+RANGE = 1e-8
+"""Singular value, relative to the largest, from which combinations of training loads count as independent."""
+SEEN = 0.1
+"""Least norm of the training loads' nearest combination to one force with which that force is learned."""
+
+
+class Transformer(Network):
+    """A small transformer over force tokens.
+
+    Parameters
+    ----------
+    rank : int, optional
+        Number of POD modes; default: all that the snapshots span, as responses to point forces do not compress.
+    width, depth, heads : int
+        Of the attention blocks.
+    steps : int
+        Training steps.
+    learning_rate : float
+        At its peak.
+    seed : int
+    precision : {"float64", "float32"}
+        Of the stored POD modes.
+    """
+
+    name: ClassVar[str] = "transformer"
+    summary: ClassVar[str] = "a small transformer: forces as tokens that attend to the pad, answers added"
+    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name,)
+
+    def __init__(self, scene: Scene, rank: int | None = None, width: int = 64, depth: int = 1, heads: int = 4,
+                 steps: int = 800, learning_rate: float = 0.02, seed: int = 0, precision: str = "float32") -> None:
+        super().__init__(scene, seed, precision, rank=rank, width=width, depth=depth, heads=heads, steps=steps,
+                         learning_rate=learning_rate)
+        if width % (2 * heads):
+            raise ValueError(f"width={width} does not fit heads={heads}: give a multiple of {2 * heads}")
+
+    def _fit(self, train: xr.Dataset | None) -> None:
+        from rom.metamodels.networks.training import reproducible
+
+        space = pod_of(self.scene, train)
+        vectors = space.truncated(self.settings["rank"] or space.vectors.shape[1])
+        arrays, values = self._begin(train)
+        coefficients, size = values @ vectors, np.linalg.norm(values, axis=1)
+        learned, held = carve_validation(len(arrays), seed=self.settings["seed"])
+        loads = self._load_matrix(arrays)
+        with reproducible(self.settings["seed"]) as generator:
+            module = self._learn(superpose(loads[learned], coefficients[learned]),
+                                 (loads[held], coefficients[held], size[held]), generator)
+        self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
+        self._keep(module)
+
+    def _learn(self, superposed, validation, generator) -> torch.nn.Module:
+        import torch
+
+        from rom.metamodels.networks.training import train
+
+        known, loads, targets = superposed
+        places = torch.from_numpy(self._places())
+        weight, goal = as_tensor(loads[:, known]), as_tensor(targets)
+        square = goal.square().sum(1)
+        held_weight, held_goal, held_size = (as_tensor(array) for array in validation)
+        scale = goal.abs().amax(0)
+        module = self._module_of(places[known], torch.where(scale > 0, scale, torch.ones(())))
+        self.history = train(
+            module, lambda _: (weight @ module(places[known]) - goal).square().sum(1) / square,
+            lambda: (held_weight @ module(places) - held_goal).square().sum(1) / held_size.square(),
+            len(goal), steps=self.settings["steps"], batch=len(goal), learning_rate=self.settings["learning_rate"],
+            weight_decay=0.0, generator=generator, progress=self.progress)
+        return module
+
+    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+        import torch
+
+        # a force may come often in a block, and answers for one node are alike: each is asked once
+        node, inverse = np.unique(cases.node, return_inverse=True)
+        with torch.inference_mode():
+            unit = self._module(self._tokens[torch.from_numpy(node)], self._memory).numpy()
+        coefficients = np.einsum("cf,cfr->cr", cases.force, unit[inverse.reshape(cases.node.shape)])
+        return combine(coefficients, self._basis.rows(outputs))
+
+    # ---- module and files -----------------------------------------------------------------------------------
+
+    def _module_of(self, pad: torch.Tensor, scale: torch.Tensor) -> torch.nn.Module:
+        from rom.metamodels.networks.modules import PadAttention
+
+        return PadAttention(pad, scale, *(self.settings[name] for name in ("width", "depth", "heads")))
+
+    def _build(self, weights: dict[str, torch.Tensor]) -> torch.nn.Module:
+        return self._module_of(weights["pad"], weights["scale"])
+
+    def _keep(self, module: torch.nn.Module) -> None:
+        import torch
+
+        super()._keep(module)
+        self._tokens = torch.from_numpy(self._places())
+        with torch.inference_mode():
+            self._memory = module.remember()
+
+
+def superpose(loads: np.ndarray, answers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Combine cases linearly into those nearest to one unit force each.
+
+    Parameters
+    ----------
+    loads : (n_case, n_pad) ndarray [N]
+    answers : (n_case, r) ndarray
+
+    Returns
+    -------
+    known : (n_known,) ndarray of int
+        Pad nodes that the cases load.
+    loads : (m, n_pad) ndarray
+        Projections of unit forces on the span of the cases' loads: the unit forces themselves where cases suffice.
+    answers : (m, r) ndarray
+    """
+    u, singular, vt = np.linalg.svd(loads, full_matrices=False)
+    keep = singular > RANGE * singular[0]
+    combination = (vt[keep].T / singular[keep]) @ u[:, keep].T
+    combined, superposed = combination @ loads, combination @ answers
+    enough = (np.linalg.norm(combined, axis=1) > SEEN) & (np.linalg.norm(superposed, axis=1) > 0)
+    return np.flatnonzero(loads.any(axis=0)), combined[enough], superposed[enough]
