@@ -17,6 +17,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
 
 from rom.errors import SolverError
 from rom.fullorder.dynamic_stiffness import DynamicStiffness, check_not_negative
@@ -256,7 +257,9 @@ def _lanczos(
     inverse = spla.LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
     start = np.random.default_rng(seed).standard_normal(n)
     try:
-        _, shape = spla.eigsh(stiffness, k=size, M=mass, sigma=0.0, OPinv=inverse, v0=start)
+        # ARPACK's thin products gain nothing from threads, and waiting ones would take the solver's cores
+        with threadpool_limits(1, user_api="blas"):
+            _, shape = spla.eigsh(stiffness, k=size, M=mass, sigma=0.0, OPinv=inverse, v0=start)
     except (spla.ArpackError, spla.ArpackNoConvergence) as error:
         raise SolverError(f"the Lanczos search for {size} of {n} modes failed: {error}") from error
     return shape
