@@ -49,6 +49,7 @@ def _parser() -> argparse.ArgumentParser:
     dataset.add_argument("--output", type=Path, required=True, metavar="FILE")
     dataset.add_argument("--seed", type=int, default=0)
     dataset.add_argument("--preset", default="metamodel", help="mesh: metamodel (default) or study")
+    dataset.add_argument("--formulation", default="b-bar", help="b-bar (default), or full as published")
     dataset.add_argument("--compress", action="store_true", help="smaller and slower to write")
     dataset.set_defaults(run=_dataset)
 
@@ -102,7 +103,7 @@ def _dataset(arguments: argparse.Namespace) -> None:
     from rom.fingertip import Fingertip
     from rom.scenes import get_scene
 
-    scene = get_scene(arguments.scene, Fingertip.preset(arguments.preset))
+    scene = get_scene(arguments.scene, Fingertip.preset(arguments.preset, formulation=arguments.formulation))
     path = make_dataset(scene, arguments.cases, arguments.output, beyond=arguments.beyond, seed=arguments.seed,
                         compress=arguments.compress, progress=lambda items: bar(items, "snapshots"))
     print(path)

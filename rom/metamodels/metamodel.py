@@ -176,8 +176,11 @@ class Metamodel(ABC):
             Where the file is damaged, of another method, version or mesh.
         """
         data = read_netcdf(path)
-        model = cls._from_attributes(data.attrs, path, scene)
-        model._restore(data)
+        try:
+            model = cls._from_attributes(data.attrs, path, scene)
+            model._restore(data)
+        except KeyError as error:
+            raise SchemaError(f"{path} is incomplete ({error.args[0]}): fit the metamodel again") from error
         return model
 
     def _file_attributes(self) -> dict[str, Any]:
@@ -188,14 +191,18 @@ class Metamodel(ABC):
     @classmethod
     def _from_attributes(cls, attributes: dict[str, Any], path: str | Path, scene: Scene | None) -> Self:
         if attributes.get("method") != cls.name:
-            raise SchemaError(f"{path} holds {attributes.get('method')!r}, not {cls.name!r}: load it with its own class")
+            raise SchemaError(f"{path} holds {attributes.get('method')!r}, not {cls.name!r}: "
+                              "load it with its own class")
         if attributes.get("model_version") != MODEL_VERSION:
             raise SchemaError(f"{path} has model version {attributes.get('model_version')}, this software reads "
                               f"{MODEL_VERSION}: fit the metamodel again")
         scene = scene or scene_from_json(attributes["scene_parameters"])
+        fitted = json.loads(attributes["scene_parameters"])["scene"]
+        if fitted != scene.name:
+            raise SchemaError(f"{path} was fitted to the scene {fitted!r}, not to {scene.name!r}: give its own scene")
         if attributes["scene_hash"] != scene.content_hash or attributes["mesh_hash"] != scene.fingertip.mesh.mesh_hash:
-            raise SchemaError(f"{path} belongs to another anatomy or mesh ({str(attributes['scene_hash'])[:12]} instead of "
-                              f"{scene.content_hash[:12]}): fit the metamodel for this fingertip")
+            raise SchemaError(f"{path} belongs to another anatomy or mesh ({str(attributes['scene_hash'])[:12]} "
+                              f"instead of {scene.content_hash[:12]}): fit the metamodel for this fingertip")
         model = cls(scene, **json.loads(attributes["settings"]))
         model.offline_seconds = float(attributes["offline_seconds"])
         return model

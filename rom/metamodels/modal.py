@@ -42,10 +42,10 @@ class Modal(Metamodel):
     summary: ClassVar[str] = "sums the natural modes within a band, nothing else"
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
 
-    def __init__(self, scene: Scene, modes: int | None = None, precision: str = "float64", **settings) -> None:
+    def __init__(self, scene: Scene, modes: int | None = None, precision: str = "float64") -> None:
         if modes is not None and modes < 1:
             raise ValueError(f"modes={modes} is too few: keep at least one mode, or leave it out for the scene's band")
-        super().__init__(scene, modes=modes, precision=check_precision(precision), **settings)
+        super().__init__(scene, modes=modes, precision=check_precision(precision))
         self._shapes: Basis | None = None
 
     @property
@@ -273,7 +273,8 @@ class ModalKrylov(ModalWithLoadVectors):
     def __init__(self, scene: Scene, modes: int | None = 40, vectors: int = 6, precision: str = "float64") -> None:
         if vectors < 1:
             raise ValueError(f"vectors={vectors} is too few: give one or more, or use the method `modal`")
-        super().__init__(scene, modes, precision, vectors=vectors)
+        super().__init__(scene, modes, precision)
+        self.settings["vectors"] = vectors
 
     def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
         return (self.first[node] * force[:, None]) / (stiffness - inertia * self.theta[node])

@@ -19,13 +19,15 @@ from rom.metamodels.basis import Basis, check_precision, combine
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
 
+MAX_RANK = 800
+"""POD modes kept at most: more would cost memory and nobody could afford them online."""
 NOISE = 1e-12
 """Share of the largest Gram eigenvalue below which a POD mode is rounding noise."""
 
 
 @dataclass(frozen=True)
 class PodSpace:
-    """All POD modes above rounding noise of one set of snapshots.
+    """POD modes above rounding noise of one set of snapshots, :data:`MAX_RANK` of them at most.
 
     vectors : (n, r) ndarray
         Orthonormal columns, by falling singular value.
@@ -47,8 +49,8 @@ class PodSpace:
             Where the snapshots do not span that many dimensions.
         """
         if not 1 <= rank <= self.vectors.shape[1]:
-            raise ValueError(f"rank {rank} is out of reach: these snapshots span {self.vectors.shape[1]} dimensions "
-                             "above rounding noise; ask for less or make more cases")
+            raise ValueError(f"rank {rank} is out of reach: these snapshots give {self.vectors.shape[1]} POD modes above "
+                             f"rounding noise, of at most {MAX_RANK}; ask for less or make more cases")
         return self.vectors[:, :rank]
 
 
@@ -61,15 +63,21 @@ def pod(snapshots: np.ndarray) -> PodSpace:
         rows = np.concatenate([rows.real, rows.imag])
     if rows.shape[0] > rows.shape[1]:
         value, vectors = sla.eigh(rows.T @ rows)
-        keep = value > NOISE * value[-1]
+        keep = _worth_keeping(value)
         vectors = vectors[:, keep][:, ::-1]
     else:
         value, weights = sla.eigh(rows @ rows.T)
-        keep = value > NOISE * value[-1]
+        keep = _worth_keeping(value)
         vectors = rows.T @ (weights[:, keep] / np.sqrt(value[keep]))[:, ::-1]
         vectors = np.linalg.qr(vectors)[0]  # the Gram matrix halves the digits of the small modes' orthogonality
     singular = np.sqrt(value[keep][::-1])
     return PodSpace(vectors, singular, time.perf_counter() - start)
+
+
+def _worth_keeping(value: np.ndarray) -> np.ndarray:
+    keep = value > NOISE * value[-1]
+    keep[:-MAX_RANK] = False
+    return keep
 
 
 _SPACES: dict[int, tuple[weakref.ref, PodSpace]] = {}

@@ -57,9 +57,9 @@ class PodRegression(Metamodel):
 
     # ---- features -------------------------------------------------------------------------------------------
 
-    def _features(self, cases: CaseArrays) -> np.ndarray:
-        """(n_case, d) ndarray of the inputs of one force each, scaled to about one."""
-        node = cases.node[:, 0]
+    def _features(self, cases: CaseArrays, j: int = 0) -> np.ndarray:
+        """(n_case, d) ndarray of the inputs of each case's force number ``j``, scaled to about one."""
+        node = cases.node[:, j]
         places = np.concatenate([self.scene.pad_positions / np.ptp(self.scene.pad_positions, axis=0).max(),
                                  0.3 * self.scene.pad_normals], axis=1)
         if not self.scene.harmonic:
@@ -74,7 +74,8 @@ class PodRegression(Metamodel):
     def _design(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, n_centre) ndarray: kernel values weighted by the forces."""
         if self.scene.harmonic:
-            return self._kernel(self._features(cases)) * cases.force
+            return sum(self._kernel(self._features(cases, j)) * cases.force[:, j:j + 1]
+                       for j in range(cases.node.shape[1]))
         table = self._kernel(self._features(self._each_pad_node()))
         return np.einsum("cf,cfk->ck", cases.force, table[cases.node])
 
@@ -93,6 +94,8 @@ class PodRegression(Metamodel):
         coefficients = self.scene.values(train) @ vectors
         ridge, gamma = self.settings["ridge"], 0.5 / self.settings["width"] ** 2
         if self.scene.harmonic:
+            if arrays.force.shape[1] > 1:
+                raise ValueError(f"{self.name} learns harmonic cases of one force each: split those with several")
             self._centres = self._features(arrays)
             target = coefficients / arrays.force
             size = np.linalg.norm(target, axis=1).mean()

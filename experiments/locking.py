@@ -1,0 +1,52 @@
+"""Does the element lock as the soft tissues become incompressible? First frequency over Poisson's ratio."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import script
+import xarray as xr
+from matplotlib.figure import Figure
+
+from rom.fullorder import SecondOrderModel
+
+RATIOS = (0.48, 0.495, 0.499, 0.4999)
+FORMULATIONS = ("full", "b-bar")
+
+
+def main(quick: bool = False) -> xr.Dataset:
+    """First natural frequency over Poisson's ratio of dermis and hypodermis, both formulations."""
+    tip = script.fingertip(quick)
+    frequency = np.empty((len(FORMULATIONS), len(RATIOS)))
+    for j, ratio in enumerate(RATIOS):
+        anatomy = tip.anatomy
+        for tissue in ("dermis", "hypodermis"):
+            anatomy = anatomy.replace_tissue(tissue, poisson_ratio=ratio)
+        for i, formulation in enumerate(FORMULATIONS):
+            one = replace(tip, anatomy=anatomy, formulation=formulation)
+            frequency[i, j] = SecondOrderModel(one.stiffness, one.mass).natural_modes(count=1).frequency_hz[0]
+    return xr.Dataset({"first_frequency": (("formulation", "poisson_ratio"), frequency, {
+        "long_name": "first natural frequency", "units": "Hz"})},
+        coords={"formulation": list(FORMULATIONS), "poisson_ratio": list(RATIOS)})
+
+
+def draw(results: xr.Dataset) -> Figure:
+    """Both formulations over the distance from incompressibility."""
+    figure = Figure(figsize=(6.5, 4), layout="constrained")
+    axes = figure.subplots()
+    distance = 0.5 - results["poisson_ratio"]
+    for name, colour, marker in zip(results["formulation"].values, ("#d55e00", "#0072b2"), "so", strict=True):
+        axes.semilogx(distance, results["first_frequency"].sel(formulation=name), marker + "-", color=colour, label=name)
+    axes.invert_xaxis()
+    axes.set_xlabel("0.5 - Poisson's ratio of dermis and hypodermis [-]")
+    axes.set_ylabel("first natural frequency [Hz]")
+    rise = results["first_frequency"].isel(poisson_ratio=-1) / results["first_frequency"].isel(poisson_ratio=0) - 1
+    axes.set_title(f"Towards incompressibility f1 moves by {float(rise.sel(formulation='full')):.1%} with full integration,"
+                   f" {float(rise.sel(formulation='b-bar')):.1%} with B-bar", fontsize=10)
+    axes.legend()
+    return figure
+
+
+if __name__ == "__main__":
+    script.run(main, draw, "locking")
