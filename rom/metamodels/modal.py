@@ -4,7 +4,8 @@ With K* = K (1 + i eta) and mass-orthonormal modes, u = sum phi_k (phi_k^T f) / 
 `modal` truncates that sum, `modal-static` adds the residual flexibility (what the left-out modes answer at 0 Hz),
 `modal-krylov` adds further load-dependent vectors of each load (:mod:`rom.metamodels.lanczos`).
 
-The error is certified. A Galerkin answer that keeps the modes below lambda_(m+1) has a residual r orthogonal to them, so
+The error is certified. A Galerkin answer that keeps the modes below lambda_(m+1) has a residual r orthogonal to them,
+so
 
     ||e||_K <= max_(k > m) lambda_k / |lambda_k (1 + i eta) - omega^2| * ||r||_(K^-1),
 

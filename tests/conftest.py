@@ -1,0 +1,85 @@
+"""Small fingertips, scenes on them and datasets of those, made once for all tests."""
+
+import os
+
+import pytest
+
+from rom.datasets import make_dataset, read_dataset
+from rom.fingertip import Fingertip, MeshDensity
+from rom.scenes import HarmonicPointForce, StaticPointForces, get_scene
+
+SMALL = MeshDensity((4, 4), 2, 2, (1, 1, 1, 2))
+TINY = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory):
+    """No test finds what an earlier run left, and none leaves anything to the user."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROM_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session")
+def small_tip():
+    """534 nodes, 1,335 free dofs, 22 pad nodes: a direct solve takes milliseconds."""
+    return Fingertip(density=SMALL)
+
+
+@pytest.fixture(scope="session")
+def tiny_tip():
+    """684 free dofs, 15 pad nodes: small enough for dense linear algebra."""
+    return Fingertip(density=TINY)
+
+
+@pytest.fixture(scope="session")
+def static(small_tip):
+    return get_scene(StaticPointForces.name, small_tip)
+
+
+@pytest.fixture(scope="session")
+def harmonic(small_tip):
+    return get_scene(HarmonicPointForce.name, small_tip)
+
+
+@pytest.fixture(scope="session")
+def tiny_harmonic(tiny_tip):
+    return get_scene(HarmonicPointForce.name, tiny_tip)
+
+
+@pytest.fixture(scope="session")
+def static_file(static, tmp_path_factory):
+    return make_dataset(static, 120, tmp_path_factory.mktemp("static") / "static.nc", beyond=12, seed=3)
+
+
+@pytest.fixture(scope="session")
+def harmonic_file(harmonic, tmp_path_factory):
+    return make_dataset(harmonic, 128, tmp_path_factory.mktemp("harmonic") / "harmonic.nc", beyond=16, seed=3)
+
+
+@pytest.fixture(scope="session")
+def static_data(static_file):
+    return read_dataset(static_file)
+
+
+@pytest.fixture(scope="session")
+def harmonic_data(harmonic_file):
+    return read_dataset(harmonic_file)
+
+
+@pytest.fixture(scope="session")
+def scene_of(static, harmonic):
+    """A scene on the small mesh, by name."""
+    return {scene.name: scene for scene in (static, harmonic)}
+
+
+@pytest.fixture(scope="session")
+def data_of(static_data, harmonic_data):
+    """A dataset of a scene on the small mesh, by the scene's name."""
+    return {StaticPointForces.name: static_data, HarmonicPointForce.name: harmonic_data}
+
+
+@pytest.fixture(scope="session")
+def subprocess_environment(_own_cache):
+    """For commands that run beside the tests: one thread, the same temporary cache."""
+    return {**os.environ, "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
