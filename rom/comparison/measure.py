@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -97,8 +98,8 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
     many = arrays.take(np.arange(batch) % n)
     some = arrays.take(np.arange(min(SLOW_BATCH, batch)) % n)
     if scene.harmonic:
-        some = some._replace(frequency=np.repeat(some.frequency[:2], len(some) // 2),
-                             loss_factor=np.repeat(some.loss_factor[:2], len(some) // 2))
+        some = replace(some, frequency=np.repeat(some.frequency[:2], len(some) // 2),
+                       loss_factor=np.repeat(some.loss_factor[:2], len(some) // 2))
     models = {entry.label: entry.model for entry in entries}
 
     def times(call: Callable, count: int, warm_up: int = 2) -> dict[str, np.ndarray]:

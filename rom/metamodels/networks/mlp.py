@@ -26,13 +26,16 @@ if TYPE_CHECKING:
     import torch
 
 
+DEFAULT_RANK = 300
+
+
 class Mlp(Network):
     """A perceptron of the complex POD coefficients of one unit force's answer.
 
     Parameters
     ----------
-    rank : int
-        Number of POD modes.
+    rank : int, optional
+        Number of POD modes; default: 300, or all that the snapshots span where they are fewer.
     width, depth : int
         Of the hidden layers.
     steps, batch : int
@@ -48,7 +51,7 @@ class Mlp(Network):
     summary: ClassVar[str] = "a plain perceptron of the loaded position, frequency and loss factor"
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
 
-    def __init__(self, scene: Scene, rank: int = 300, width: int = 512, depth: int = 3, steps: int = 1500,
+    def __init__(self, scene: Scene, rank: int | None = None, width: int = 512, depth: int = 3, steps: int = 1500,
                  batch: int = 256, learning_rate: float = 1e-3, weight_decay: float = 1e-2, seed: int = 0,
                  precision: str = "float32") -> None:
         super().__init__(scene, seed, precision, rank=rank, width=width, depth=depth, steps=steps, batch=batch,
@@ -63,7 +66,8 @@ class Mlp(Network):
     def _fit(self, train: xr.Dataset | None) -> None:
         from rom.metamodels.networks.training import reproducible
 
-        vectors = pod_of(self.scene, train).truncated(self.settings["rank"])
+        space = pod_of(self.scene, train)
+        vectors = space.truncated(self.settings["rank"] or min(DEFAULT_RANK, space.vectors.shape[1]))
         arrays, values = self._begin(train)
         self._place = self._places()
         coefficients = values @ vectors
@@ -161,6 +165,9 @@ class MlpResidual(Network):
     @property
     def online_bytes(self) -> int:
         return super().online_bytes + self._static.field[0].nbytes
+
+    def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
+        return None  # each load has a static response of its own
 
     def _point(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """1 + i eta, s [rad^2/s^2], and powers of s over the band's omega^2; (n_case, 1), (n_case, 1), (n_case, J)."""

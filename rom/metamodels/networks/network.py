@@ -103,6 +103,9 @@ class Network(Metamodel):
         moving = np.linalg.norm(values, axis=1) > 0
         return (arrays, values) if moving.all() else (arrays.take(moving), values[moving])
 
+    def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
+        return values @ self._basis.field.T @ self._basis.field
+
     # ---- files ----------------------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> None:

@@ -51,7 +51,7 @@ class Transformer(Network):
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name,)
 
     def __init__(self, scene: Scene, rank: int | None = None, width: int = 64, depth: int = 1, heads: int = 4,
-                 steps: int = 800, learning_rate: float = 0.02, seed: int = 0, precision: str = "float32") -> None:
+                 steps: int = 600, learning_rate: float = 0.02, seed: int = 0, precision: str = "float32") -> None:
         super().__init__(scene, seed, precision, rank=rank, width=width, depth=depth, heads=heads, steps=steps,
                          learning_rate=learning_rate)
         if width % (2 * heads):
