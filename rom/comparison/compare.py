@@ -13,18 +13,20 @@ import xarray as xr
 
 from rom.cache import cached_path
 from rom.comparison.entries import Truth, fit_entries
+from rom.comparison.errors import relative_errors
 from rom.comparison.measure import BATCH, measure_errors, measure_times, worst_fields
 from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, Curve
 from rom.comparison.timing import threads_in_use
 from rom.datasets import SPLITS, make_dataset, read_dataset, select
+from rom.datasets.storage import whole_file, write_netcdf
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import METHODS, create, metamodel_class
 from rom.provenance import machine, source_digest, stamp
-from rom.scenes import SCENES, Scene, get_scene
+from rom.scenes import SCENES, CaseArrays, Scene, get_scene
 
 CASES, REPEATS = 1434, 15
 """Default numbers of cases within the published ranges (6 x 239; a tenth more lie beyond) and of timed repeats."""
-QUICK_CASES, QUICK_REPEATS = 240, 5
+QUICK_CASES, QUICK_REPEATS, QUICK_BATCH = 240, 5, 256
 QUICK_DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
 FLOOR_SCALE, FLOOR_CASES = 1.25, 4
 """The finer mesh, and the number of cases on it, that measure the mesh-convergence floor."""
@@ -79,21 +81,19 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
     held_out = truth.held_out()
     tests = read_dataset(truth.path, held_out)
     arrays, values = scene.case_arrays(tests), scene.values(tests)
-    results = xr.Dataset(measure_errors(entries, scene, truth, values, arrays, held_out))
-    within = arrays.take(np.isin(held_out, select(truth.index, "published", "test")))
-    repeats = QUICK_REPEATS if quick else REPEATS
-    results = results.assign(measure_times(entries, scene, within, repeats, 256 if quick else BATCH,
-                                           lambda items: progress(list(items), "timing")))
-    results = xr.merge([results, worst_fields(entries, scene, values, arrays, held_out, results["case_error"].values),
-                        _case_coordinates(tests, held_out)], combine_attrs="drop_conflicts")
-    results = results.assign_coords(
-        entry=[entry.label for entry in entries], method=("entry", [entry.method for entry in entries]),
-        setting=("entry", [entry.setting for entry in entries]),
-        headline=("entry", [entry.headline for entry in entries]), split=list(SPLITS), region=list(scene.regions))
-    results = results.assign(mesh_floor(scene, within, values[np.isin(held_out, select(truth.index, "published", "test"))]))
+    errors = measure_errors(entries, scene, truth, values, arrays, held_out)
+    published = np.isin(held_out, select(truth.index, "published", "test"))
+    times = measure_times(entries, scene, arrays.take(published), QUICK_REPEATS if quick else REPEATS,
+                          QUICK_BATCH if quick else BATCH, lambda items: progress(items, "timing"))
+    results = xr.Dataset({**errors, **times, **mesh_floor(scene, arrays.take(published), values[published])}, coords={
+        "entry": [entry.label for entry in entries], "method": ("entry", [entry.method for entry in entries]),
+        "setting": ("entry", [entry.setting for entry in entries]),
+        "headline": ("entry", [entry.headline for entry in entries]),
+        "split": list(SPLITS), "region": list(scene.regions), **_case_coordinates(tests, held_out)})
     if scene.harmonic:
         results["natural_frequency"] = ("natural_mode", natural_frequencies(scene), {
             "long_name": "natural frequency", "units": "Hz"})
+    results = results.merge(worst_fields(entries, scene, values, arrays, results["case_error"].values))
     results.attrs = {**_attributes(scene, curves, truth, omitted), "seed": seed, "quick": int(quick),
                      **stamp(created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))}
     return results
@@ -125,10 +125,8 @@ def find_truth(scene: Scene, cases: int, beyond: int, seed: int, progress: Progr
     return Truth(path, path.stem)
 
 
-def mesh_floor(scene: Scene, arrays, values: np.ndarray) -> dict[str, tuple]:
+def mesh_floor(scene: Scene, arrays: CaseArrays, values: np.ndarray) -> dict[str, tuple]:
     """How far the truth itself is from a finer mesh: errors below this are not more right."""
-    from rom.comparison.errors import relative_errors
-
     pick = np.linspace(0, len(arrays) - 1, min(FLOOR_CASES, len(arrays))).astype(int)
     recipe = {"content": scene.content_hash, "scene": scene.name, "scale": FLOOR_SCALE,
               "cases": [None if a is None else a[pick].tolist() for a in arrays],
@@ -139,8 +137,6 @@ def mesh_floor(scene: Scene, arrays, values: np.ndarray) -> dict[str, tuple]:
     else:
         finer = create("coarse-fem", scene, scale=FLOOR_SCALE).fit()
         error = relative_errors(finer.evaluate(arrays.take(pick), "field"), values[pick])
-        from rom.datasets.storage import whole_file
-
         with whole_file(path) as temporary:
             temporary.write_text(json.dumps(error.tolist()), encoding="utf-8")
     text = f"relative difference to a mesh {FLOOR_SCALE:g} times as fine along each edge"
@@ -154,11 +150,9 @@ def natural_frequencies(scene: Scene) -> np.ndarray:
     return np.sqrt(model.eigenvalue) / (2.0 * np.pi)
 
 
-def _case_coordinates(tests: xr.Dataset, held_out: np.ndarray) -> xr.Dataset:
-    keep = [name for name in ("load_node", "force_amplitude", "frequency", "loss_factor", "hard_region",
-                              "split_published", "split_hard") if name in tests]
-    index = tests[keep].assign_coords(case=held_out)
-    return index.set_coords(keep)
+def _case_coordinates(tests: xr.Dataset, held_out: np.ndarray) -> dict[str, xr.Variable | np.ndarray]:
+    names = ("load_node", "force_amplitude", "frequency", "loss_factor", "hard_region", "split_published", "split_hard")
+    return {"case": held_out, **{name: tests[name].variable for name in names if name in tests}}
 
 
 def _attributes(scene: Scene, curves: dict[str, Curve], truth: Truth, omitted: list[str]) -> dict:
@@ -177,8 +171,6 @@ def _attributes(scene: Scene, curves: dict[str, Curve], truth: Truth, omitted: l
 
 def write_results(results: xr.Dataset, folder: str | Path) -> Path:
     """Write ``results.nc`` into a folder and return its path."""
-    from rom.datasets.storage import write_netcdf
-
     path = Path(folder) / "results.nc"
     write_netcdf(results, path, compress=True)
     return path

@@ -14,6 +14,7 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.comparison.settings import Curve, label, setting_words
 from rom.datasets import SPLITS, read_dataset, select
+from rom.datasets.storage import open_netcdf
 from rom.errors import SchemaError
 from rom.metamodels import METHODS, Metamodel, create, load, metamodel_class
 from rom.provenance import source_digest, versions
@@ -82,8 +83,6 @@ class Truth:
 
 def read_dataset_index(path: Path) -> xr.Dataset:
     """A dataset without its fields: inputs, splits, residuals."""
-    from rom.datasets.storage import open_netcdf
-
     with open_netcdf(path) as data:
         return data.drop_vars(["displacement", "mesh_volume_nodes", "tissue"]).load()
 

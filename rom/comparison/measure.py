@@ -168,7 +168,7 @@ def _floors(entries: list[Entry], scene: Scene) -> tuple[np.ndarray, np.ndarray]
     return floor, batch
 
 
-def worst_fields(entries: list[Entry], scene: Scene, values: np.ndarray, arrays: CaseArrays, cases: np.ndarray,
+def worst_fields(entries: list[Entry], scene: Scene, values: np.ndarray, arrays: CaseArrays,
                  error: np.ndarray) -> xr.Dataset:
     """Truth and answer on the skin at the worst held-out case of the published split, for each headline entry."""
     mesh = scene.fingertip.mesh

@@ -1,7 +1,7 @@
 """The settings at which each method is run: its curve in the work-precision diagram, and its headline.
 
-A headline is the setting that speaks for a method in tables and bars; it was fixed from the methods' own nature and from
-validation cases, never from held-out ones.
+A headline is the setting that speaks for a method in tables and bars. It follows from the method's nature (the scene's
+band, the largest rank) or was chosen on cases of another seed, never on held-out ones.
 """
 
 from __future__ import annotations

@@ -1,0 +1,53 @@
+"""The experiment scripts run, coarse and quick, and what they find is what theory or the real model says."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
+
+import certificate
+import krylov_convergence
+import locking
+
+
+SCRIPTS = {"certificate": certificate, "krylov_convergence": krylov_convergence, "locking": locking}
+
+
+@pytest.fixture(scope="module")
+def results():
+    return {name: script.main(quick=True) for name, script in SCRIPTS.items()}
+
+
+def test_each_load_dependent_vector_lowers_the_error(results):
+    # moment matching: every further Krylov vector multiplies the error by about (omega^2 / lambda_(m+1))^2 < 1
+    error = results["krylov_convergence"]["error_max"].sel(modes=20).values
+    assert (np.diff(error) < 0).all()
+    assert error[-1] < 1e-2 * error[0]
+
+
+def test_more_modes_alone_do_little_for_a_point_load(results):
+    # the static part of the left-out modes stays: the reason for load-dependent vectors
+    assert results["krylov_convergence"]["error_max"].sel(vectors=0, modes=40) > 0.1
+
+
+def test_no_error_exceeds_its_bound(results):
+    ratio = results["certificate"]["bound"] / results["certificate"]["error"]
+    assert ratio.min() >= 1.0  # the theorem
+    assert ratio.median("case").max() < 2.0  # a bound that is ten times too large would be true and useless
+
+
+def test_b_bar_does_not_lock_and_full_integration_does(results):
+    frequency = results["locking"]["first_frequency"]
+    rise = frequency.isel(poisson_ratio=-1) / frequency.isel(poisson_ratio=0) - 1
+    assert abs(rise.sel(formulation="b-bar")) < 0.01
+    assert rise.sel(formulation="full") > 0.2
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_figures_are_drawn(name, results, tmp_path):
+    file = tmp_path / "figure.png"
+    SCRIPTS[name].draw(results[name]).savefig(file)
+    assert file.stat().st_size > 10_000
