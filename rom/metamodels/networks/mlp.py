@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import torch
 
 
-DEFAULT_RANK = 300
+DEFAULT_RANK = 200
 
 
 class Mlp(Network):
@@ -35,7 +35,7 @@ class Mlp(Network):
     Parameters
     ----------
     rank : int, optional
-        Number of POD modes; default: 300, or all that the snapshots span where they are fewer.
+        Number of POD modes; default: 200, or all that the snapshots span where they are fewer.
     width, depth : int
         Of the hidden layers.
     steps, batch : int
@@ -51,8 +51,8 @@ class Mlp(Network):
     summary: ClassVar[str] = "a plain perceptron of the loaded position, frequency and loss factor"
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
 
-    def __init__(self, scene: Scene, rank: int | None = None, width: int = 512, depth: int = 3, steps: int = 1500,
-                 batch: int = 256, learning_rate: float = 1e-3, weight_decay: float = 1e-2, seed: int = 0,
+    def __init__(self, scene: Scene, rank: int | None = None, width: int = 512, depth: int = 2, steps: int = 1500,
+                 batch: int = 256, learning_rate: float = 2e-3, weight_decay: float = 1e-2, seed: int = 0,
                  precision: str = "float32") -> None:
         super().__init__(scene, seed, precision, rank=rank, width=width, depth=depth, steps=steps, batch=batch,
                          learning_rate=learning_rate, weight_decay=weight_decay)
@@ -114,9 +114,9 @@ class Mlp(Network):
     # ---- module and files -----------------------------------------------------------------------------------
 
     def _module_of(self, scale: torch.Tensor) -> torch.nn.Module:
-        from rom.metamodels.networks.modules import Perceptron, case_features
+        from rom.metamodels.networks.modules import CaseFeatures, Perceptron
 
-        return Perceptron(case_features(), scale, self.settings["width"], self.settings["depth"])
+        return Perceptron(CaseFeatures(), scale, self.settings["width"], self.settings["depth"])
 
     def _build(self, weights: dict[str, torch.Tensor]) -> torch.nn.Module:
         return self._module_of(weights["scale"])

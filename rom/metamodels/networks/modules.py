@@ -9,6 +9,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+N_PLACE = 6
+"""A load's position and normal."""
 NORMAL_SCALE = 0.5
 """Normals turn slowly over the pad: lower Fourier frequencies serve them."""
 OWN_SHARE = 4.0
@@ -43,9 +45,16 @@ def place_features(scale: float, count: int) -> Fourier:
     return Fourier([scale] * 3 + [NORMAL_SCALE] * 3, count)
 
 
-def case_features() -> Fourier:
-    """Fourier features of a harmonic case: position, normal, frequency, loss factor."""
-    return Fourier([1.5] * 3 + [NORMAL_SCALE] * 3 + [3.0, 0.5], 128)
+class CaseFeatures(nn.Module):
+    """Fourier features of a harmonic case: of place, and of frequency and loss factor, apart from one another."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.place, self.point = place_features(3.0, 64), Fourier([6.0, 1.0], 64)
+        self.size = self.place.size + self.point.size
+
+    def forward(self, inputs: Tensor) -> Tensor:
+        return torch.cat([self.place(inputs[:, :N_PLACE]), self.point(inputs[:, N_PLACE:])], dim=1)
 
 
 class Perceptron(nn.Module):
@@ -53,13 +62,13 @@ class Perceptron(nn.Module):
 
     Parameters
     ----------
-    features : Fourier
+    features : Fourier or CaseFeatures
     scale : (n_output,) Tensor
     """
 
     scale: Tensor
 
-    def __init__(self, features: Fourier, scale: Tensor, width: int, depth: int) -> None:
+    def __init__(self, features: Fourier | CaseFeatures, scale: Tensor, width: int, depth: int) -> None:
         super().__init__()
         self.register_buffer("scale", scale.clone())
         sizes = [features.size] + [width] * depth

@@ -1,0 +1,103 @@
+"""Networks on disk: the same answers after loading, and refusals by name."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from safetensors.numpy import save_file
+
+from rom.errors import SchemaError
+from rom.fingertip import Fingertip, MeshDensity
+from rom.metamodels import load, metamodel_class
+from rom.metamodels.networks.files import read_attributes, read_weights, write_weights
+from rom.scenes import get_scene
+
+
+@pytest.fixture
+def saved(fitted, tmp_path):
+    snapshots, model = fitted
+    path = tmp_path / "model.safetensors"
+    model.save(path)
+    return snapshots, model, path
+
+
+def test_loaded_network_answers_the_same(saved):
+    snapshots, model, path = saved
+    for again in (load(path), type(model).load(path, snapshots.scene)):
+        assert type(again) is type(model)
+        assert again.settings == model.settings
+        assert again.offline_seconds == model.offline_seconds
+        assert again.model_bytes == model.model_bytes
+        assert np.array_equal(again.evaluate(snapshots.arrays), model.evaluate(snapshots.arrays))
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+
+
+def test_attributes_are_read_without_torch(saved):
+    _, model, path = saved
+    code = ("import sys; from rom.metamodels.networks.files import read_attributes; "
+            f"assert read_attributes({str(path)!r})['method'] == {model.name!r}; sys.exit('torch' in sys.modules)")
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_damaged_files_are_refused(saved):
+    _, model, path = saved
+    whole = path.read_bytes()
+    for damaged in (b"", whole[:5], whole[:200], whole[:-1], b"CDF\x01" + bytes(1000)):
+        path.write_bytes(damaged)
+        for read in (read_attributes, load, type(model).load):
+            with pytest.raises(SchemaError, match=r"model\.safetensors is truncated or no safetensors file"):
+                read(path)
+    path.unlink()
+    with pytest.raises(SchemaError, match="does not exist"):
+        read_attributes(path)
+
+
+def test_foreign_files_are_refused(saved, tmp_path):
+    snapshots, model, path = saved
+    foreign = tmp_path / "foreign.safetensors"
+    save_file({"a": np.zeros(3, dtype=np.float32)}, foreign)
+    with pytest.raises(SchemaError, match=r"foreign\.safetensors holds no network of this toolkit"):
+        load(foreign)
+    attributes, arrays = read_weights(path)
+    save_file(arrays, foreign, dict.fromkeys(attributes, "{"))
+    with pytest.raises(SchemaError, match=r"foreign\.safetensors has a header that cannot be read"):
+        read_attributes(foreign)
+    other = metamodel_class("mlp" if model.name == "transformer" else "transformer")
+    with pytest.raises(SchemaError, match="load it with its own class"):
+        other.load(path)
+    write_weights(foreign, arrays, {**attributes, "model_version": "0.1"})
+    with pytest.raises(SchemaError, match=r"model version 0\.1"):
+        type(model).load(foreign, snapshots.scene)
+
+
+def test_missing_or_misshapen_weights_are_refused(saved, tmp_path):
+    snapshots, model, path = saved
+    attributes, arrays = read_weights(path)
+    name = next(name for name in arrays if name.startswith("weight.") and arrays[name].ndim == 2)
+    changed = [{k: v for k, v in arrays.items() if k != name}, {**arrays, name: arrays[name][:, :-1]},
+               {k: v for k, v in arrays.items() if k != "basis"}]
+    for tensors in changed:
+        write_weights(tmp_path / "changed.safetensors", tensors, attributes)
+        with pytest.raises(SchemaError, match=r"changed\.safetensors lacks weights"):
+            type(model).load(tmp_path / "changed.safetensors", snapshots.scene)
+
+
+def test_other_mesh_is_refused(saved):
+    snapshots, model, path = saved
+    scene = get_scene(snapshots.scene.name, Fingertip(density=MeshDensity((4, 6), 2, 2, (1, 1, 1, 2))))
+    with pytest.raises(SchemaError, match="another anatomy or mesh"):
+        type(model).load(path, scene)
+
+
+def test_transposed_arrays_survive(tmp_path):
+    array = np.arange(6.0).reshape(2, 3).T
+    attributes = dict.fromkeys(("model_version", "method", "settings", "scene_parameters", "scene_hash", "mesh_hash",
+                                "offline_seconds"), "x")
+    write_weights(tmp_path / "a.safetensors", {"array": array}, attributes)
+    read, arrays = read_weights(tmp_path / "a.safetensors")
+    assert np.array_equal(arrays["array"], array)
+    assert read == json.loads(json.dumps(attributes))
