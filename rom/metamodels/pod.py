@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 import weakref
+import zlib
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -49,8 +50,8 @@ class PodSpace:
             Where the snapshots do not span that many dimensions.
         """
         if not 1 <= rank <= self.vectors.shape[1]:
-            raise ValueError(f"rank {rank} is out of reach: these snapshots give {self.vectors.shape[1]} POD modes above "
-                             f"rounding noise, of at most {MAX_RANK}; ask for less or make more cases")
+            raise ValueError(f"rank {rank} is out of reach: these snapshots give {self.vectors.shape[1]} POD modes "
+                             f"above rounding noise, of at most {MAX_RANK}; ask for less or make more cases")
         return self.vectors[:, :rank]
 
 
@@ -80,17 +81,18 @@ def _worth_keeping(value: np.ndarray) -> np.ndarray:
     return keep
 
 
-_SPACES: dict[int, tuple[weakref.ref, PodSpace]] = {}
+_SPACES: dict[int, tuple[weakref.ref, int, PodSpace]] = {}
 
 
 def pod_of(scene: Scene, train: xr.Dataset) -> PodSpace:
     """POD of a training dataset's displacement, kept as long as the dataset lives: several ranks share one."""
+    values = scene.values(train)
+    checksum = zlib.crc32(values.view(np.uint8))  # a dataset may be changed in place
     found = _SPACES.get(id(train))
-    if found is None or found[0]() is not train:
+    if found is None or found[0]() is not train or found[1] != checksum:
         key = id(train)
-        _SPACES[key] = weakref.ref(train, lambda _: _SPACES.pop(key, None)), pod(scene.values(train))
-        found = _SPACES[key]
-    return found[1]
+        found = _SPACES[key] = weakref.ref(train, lambda _: _SPACES.pop(key, None)), checksum, pod(values)
+    return found[2]
 
 
 class PodGalerkin(Metamodel):
