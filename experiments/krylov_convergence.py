@@ -1,7 +1,7 @@
 """How many modes and load-dependent vectors does a vibrating point load need?
 
-Direct solves at loss factors and frequencies spread over the scene's ranges are the truth; the largest relative error of
-the field is tabulated over the number of modes and of load-dependent vectors.
+Direct solves at loss factors and frequencies spread over the scene's ranges are the truth; the largest relative error
+of the field is tabulated over the number of modes and of load-dependent vectors.
 """
 
 from __future__ import annotations

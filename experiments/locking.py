@@ -37,13 +37,15 @@ def draw(results: xr.Dataset) -> Figure:
     axes = figure.subplots()
     distance = 0.5 - results["poisson_ratio"]
     for name, colour, marker in zip(results["formulation"].values, ("#d55e00", "#0072b2"), "so", strict=True):
-        axes.semilogx(distance, results["first_frequency"].sel(formulation=name), marker + "-", color=colour, label=name)
+        frequency = results["first_frequency"].sel(formulation=name)
+        axes.semilogx(distance, frequency, marker + "-", color=colour, label=name)
     axes.invert_xaxis()
     axes.set_xlabel("0.5 - Poisson's ratio of dermis and hypodermis [-]")
     axes.set_ylabel("first natural frequency [Hz]")
     rise = results["first_frequency"].isel(poisson_ratio=-1) / results["first_frequency"].isel(poisson_ratio=0) - 1
-    axes.set_title(f"Towards incompressibility f1 moves by {float(rise.sel(formulation='full')):.1%} with full integration,"
-                   f" {float(rise.sel(formulation='b-bar')):.1%} with B-bar", fontsize=10)
+    full, b_bar = (float(rise.sel(formulation=name)) for name in FORMULATIONS)
+    axes.set_title(f"Towards incompressibility f1 moves by {full:.1%} with full integration, {b_bar:.1%} with B-bar",
+                   fontsize=10)
     axes.legend()
     return figure
 

@@ -12,7 +12,6 @@ import certificate
 import krylov_convergence
 import locking
 
-
 SCRIPTS = {"certificate": certificate, "krylov_convergence": krylov_convergence, "locking": locking}
 
 

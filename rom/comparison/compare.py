@@ -81,7 +81,7 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
     held_out = truth.held_out()
     tests = read_dataset(truth.path, held_out)
     arrays, values = scene.case_arrays(tests), scene.values(tests)
-    errors = measure_errors(entries, scene, truth, values, arrays, held_out)
+    errors = measure_errors(entries, scene, truth, values, arrays, held_out, lambda items: progress(items, "errors"))
     published = np.isin(held_out, select(truth.index, "published", "test"))
     times = measure_times(entries, scene, arrays.take(published), QUICK_REPEATS if quick else REPEATS,
                           QUICK_BATCH if quick else BATCH, lambda items: progress(items, "timing"))

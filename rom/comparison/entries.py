@@ -31,6 +31,8 @@ class Entry:
     settings: dict[str, Any]
     headline: bool
     models: dict[str, Metamodel]
+    keys: dict[str, str]
+    """Digest of everything that each model depends on."""
     snapshot_seconds: float
 
     @property
@@ -100,13 +102,13 @@ def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: 
     entries, omitted = [], []
     for method, settings, headline in progress(list(_rows(curves))):
         try:
-            models = _models(scene, method, settings, truth)
+            models, keys = _models(scene, method, settings, truth)
         except ValueError as error:  # a rank that few quick cases do not span, say
             log.warning("%s is left out: %s", label(method, settings), error)
             omitted.append(f"{label(method, settings)}: {error}")
             continue
         snapshots = truth.snapshot_seconds(SPLITS[0]) if metamodel_class(method).learns else 0.0
-        entries.append(Entry(method, settings, headline, models, snapshots))
+        entries.append(Entry(method, settings, headline, models, keys, snapshots))
     truth.forget()
     for method in {entry.method for entry in entries}:
         mine = [entry for entry in entries if entry.method == method]
@@ -121,14 +123,17 @@ def _rows(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], bool]
             yield method, settings, i == curve.headline % len(curve.settings)
 
 
-def _models(scene: Scene, method: str, settings: dict[str, Any], truth: Truth) -> dict[str, Metamodel]:
+def _models(scene: Scene, method: str, settings: dict[str, Any], truth: Truth
+            ) -> tuple[dict[str, Metamodel], dict[str, str]]:
     if metamodel_class(method).learns:
-        return {split: _fit_or_load(scene, method, settings, truth, split) for split in SPLITS}
-    model = _fit_or_load(scene, method, settings, truth, None)
-    return dict.fromkeys(SPLITS, model)
+        found = {split: _fit_or_load(scene, method, settings, truth, split) for split in SPLITS}
+    else:
+        found = dict.fromkeys(SPLITS, _fit_or_load(scene, method, settings, truth, None))
+    return {split: model for split, (model, _) in found.items()}, {split: key for split, (_, key) in found.items()}
 
 
-def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str | None) -> Metamodel:
+def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str | None
+                 ) -> tuple[Metamodel, str]:
     network = METHODS[method][0].startswith("networks.")
     recipe = {"method": method, "settings": settings, "scene": scene.to_json(), "content": scene.content_hash,
               "data": [truth.key, split] if split else None, "versions": versions(),
@@ -138,7 +143,7 @@ def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Tru
     path = cached_path("models", recipe, ".safetensors" if network else ".nc")
     if path.exists():
         try:
-            return load(path, scene)
+            return load(path, scene), path.stem
         except SchemaError as error:
             log.warning("a cached model is fitted again: %s", error)
     # a scene of its own: no method profits unbilled from a factor that another one made
@@ -146,7 +151,7 @@ def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Tru
     model = create(method, own, **settings).fit(truth.training(split) if split else None)
     model.save(path)
     model.scene = scene
-    return model
+    return model, path.stem
 
 
 SOURCES = ("metamodel", "basis", "direct", "superposition", "lanczos", "modal", "pod", "coarse_fem", "regression")

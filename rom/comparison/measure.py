@@ -8,19 +8,25 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from rom.cache import cached_path
 from rom.comparison.entries import Entry, Truth
 from rom.comparison.errors import energy_errors, relative_errors, statistics
 from rom.comparison.timing import interleaved, memory_bandwidth, product_rate
 from rom.datasets import SPLITS, select
+from rom.datasets.storage import read_netcdf, write_netcdf
+from rom.metamodels.metamodel import CertifiedMetamodel
+from rom.provenance import source_digest
 from rom.scenes import CaseArrays, Scene
 
 BATCH = 2048
+TRUTH_STRIDE = 16
+"""`direct` is the truth itself: one held-out case in sixteen confirms it."""
 SLOW_BATCH = 16
 """Cases in a batch of a method that factorises, at two operating points, so that what can be shared is shared."""
 
 
 def measure_errors(entries: list[Entry], scene: Scene, truth: Truth, values: np.ndarray, arrays: CaseArrays,
-                   cases: np.ndarray) -> dict[str, tuple]:
+                   cases: np.ndarray, progress: Callable) -> dict[str, tuple]:
     """Error variables of the results.
 
     Parameters
@@ -40,28 +46,21 @@ def measure_errors(entries: list[Entry], scene: Scene, truth: Truth, values: np.
     worst = np.full((n_entry, len(SPLITS)), -1)
     effectivity = np.full((3, n_entry), np.nan)
     region = truth.index["hard_region"].values[cases]
-    tested = {split: np.flatnonzero(np.isin(cases, select(truth.index, split, "test"))) for split in SPLITS}
-    for i, entry in enumerate(entries):
-        answers = None
+    for i, entry in enumerate(progress(entries)):
+        every = TRUTH_STRIDE if entry.method.startswith("direct") else 1
         for j, split in enumerate(SPLITS):
-            if j == 0 or entry.models[split] is not entry.models[SPLITS[0]]:
-                answers = entry.models[split].evaluate(arrays, "field")
-            rows = tested[split]
-            error[i, j, rows] = relative_errors(answers[rows], values[rows])
-            stats[:, i, j] = statistics(error[i, j, rows])
-            if len(rows):
-                worst[i, j] = cases[rows[np.argmax(error[i, j, rows])]]
-            best = entry.models[split].best_approximation(values[rows])
-            if best is not None and len(rows):
-                projection[i, j] = relative_errors(best, values[rows]).max()
+            rows = np.flatnonzero(np.isin(cases, select(truth.index, split, "test")))[::every]
+            found = _entry_errors(entry, split, scene, truth, values[rows], arrays.take(rows))
+            error[i, j, rows] = found["error"]
+            stats[:, i, j] = statistics(found["error"])
+            worst[i, j] = cases[rows[np.argmax(found["error"])]]
+            projection[i, j] = found["projection"].max(initial=-np.inf) if len(found["projection"]) else np.nan
+            if j == 0 and len(found["effectivity"]):
+                ratio = found["effectivity"]
+                effectivity[:, i] = ratio.min(), np.median(ratio), ratio.max()
         for k in range(n_region):
             inside = error[i, -1, region == k + 1]
-            by_region[i, k] = np.nan if not len(inside) or np.isnan(inside).all() else np.nanmax(inside)
-        if hasattr(entry.model, "error_bound"):
-            made = energy_errors(entry.models[SPLITS[0]].evaluate(arrays, "field"), values,
-                                 scene.full_order.stiffness)
-            ratio = entry.model.error_bound(arrays) / made
-            effectivity[:, i] = ratio.min(), np.median(ratio), ratio.max()
+            by_region[i, k] = np.nan if np.isnan(inside).all() else np.nanmax(inside)
     maximum, p95, median = stats
     one = {"units": "1"}
     return {
@@ -78,6 +77,25 @@ def measure_errors(entries: list[Entry], scene: Scene, truth: Truth, values: np.
             "long_name": f"{name} of bound over true energy error", **one})
             for k, name in enumerate(("min", "median", "max"))},
     }
+
+
+def _entry_errors(entry: Entry, split: str, scene: Scene, truth: Truth, values: np.ndarray, arrays: CaseArrays
+                  ) -> dict[str, np.ndarray]:
+    """Errors of one model, found again where the model and the truth are the same."""
+    path = cached_path("errors", {"model": entry.keys[split], "truth": truth.key, "split": split,
+                                  "source": source_digest("comparison/errors.py", "comparison/measure.py")})
+    if path.exists():
+        data = read_netcdf(path)
+        return {name: data[name].values for name in ("error", "projection", "effectivity")}
+    model = entry.models[split]
+    answers = model.evaluate(arrays, "field")
+    best = model.best_approximation(values)
+    found = {"error": relative_errors(answers, values),
+             "projection": np.empty(0) if best is None else relative_errors(best, values), "effectivity": np.empty(0)}
+    if isinstance(model, CertifiedMetamodel):
+        found["effectivity"] = model.error_bound(arrays) / energy_errors(answers, values, scene.full_order.stiffness)
+    write_netcdf(xr.Dataset({name: (f"{name}_case", array) for name, array in found.items()}), path)
+    return found
 
 
 def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeats: int, batch: int,

@@ -6,7 +6,7 @@ import json
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
 import xarray as xr
@@ -234,3 +234,11 @@ class Metamodel(ABC):
 
     @abstractmethod
     def _restore(self, data: xr.Dataset) -> None: ...
+
+
+@runtime_checkable
+class CertifiedMetamodel(Protocol):
+    """A metamodel that bounds its own error without a reference."""
+
+    def error_bound(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case,) ndarray [J^1/2]: bound of ``sqrt(e^H K e)``."""

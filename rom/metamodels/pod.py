@@ -87,7 +87,8 @@ _SPACES: dict[int, tuple[weakref.ref, int, PodSpace]] = {}
 def pod_of(scene: Scene, train: xr.Dataset) -> PodSpace:
     """POD of a training dataset's displacement, kept as long as the dataset lives: several ranks share one."""
     values = scene.values(train)
-    checksum = zlib.crc32(values.view(np.uint8))  # a dataset may be changed in place
+    # a dataset may be changed in place; its memory is read in the order in which it lies
+    checksum = zlib.crc32(values.T if values.flags.f_contiguous else np.ascontiguousarray(values))
     found = _SPACES.get(id(train))
     if found is None or found[0]() is not train or found[1] != checksum:
         key = id(train)

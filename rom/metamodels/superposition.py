@@ -1,4 +1,4 @@
-"""Superposition of unit-load responses: exact for linear statics, K u = sum of forces times K^-1 of their unit loads."""
+"""Superposition of unit-load responses, exact for linear statics: u = sum of forces times K^-1 of their unit loads."""
 
 from __future__ import annotations
 
