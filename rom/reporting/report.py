@@ -1,0 +1,83 @@
+"""A results file becomes a folder that a person reads: figures and a page, each file whole or not there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from rom.datasets.storage import whole_file
+from rom.reporting import checks, cost, error_over_inputs, fields, page, regions, work_precision
+from rom.reporting.plate import Plate
+from rom.reporting.results import Results
+
+FIGURES: dict[str, Callable[[Results], Plate | None]] = {
+    "work-precision.png": work_precision.work_precision,
+    "work-precision-batch-pad.png": work_precision.work_precision_elsewhere,
+    "error-over-frequency.png": error_over_inputs.error_over_frequency,
+    "error-over-forces.png": error_over_inputs.error_over_forces,
+    "error-by-region.png": regions.error_by_region,
+    "worst-fields.png": fields.worst_fields,
+    "speed-up.png": cost.speed,
+    "offline-cost.png": cost.offline_cost,
+    "effectivity.png": checks.effectivity,
+    "timing-spread.png": checks.timing,
+}
+"""Every figure that a report can have, in the order of the page; each is left out where its data are."""
+
+
+def write_report(results: xr.Dataset, folder: str | Path) -> Path:
+    """Write the figures and ``index.html`` of one scene.
+
+    Parameters
+    ----------
+    results : xr.Dataset
+        As read from ``results.nc``; complex variables are complex.
+    folder : path
+        Made where it does not exist; figures of an earlier report that this one lacks are removed.
+
+    Returns
+    -------
+    Path
+        Of the page.
+
+    Raises
+    ------
+    ValueError
+        Where the results lack what no report can do without.
+    OSError
+        Where the folder cannot be written.
+    """
+    folder, found = Path(folder), Results(results)
+    plates = []
+    for file, draw in FIGURES.items():
+        plate = draw(found)
+        if plate is None:
+            (folder / file).unlink(missing_ok=True)
+        else:
+            plate.write(folder)
+            plates.append(plate)
+    return _write_text(folder / "index.html", page.page(found, plates))
+
+
+def write_index(folder: str | Path, pages: Sequence[tuple[str, str, str]]) -> Path:
+    """Write the front page ``index.html``.
+
+    Parameters
+    ----------
+    folder : path
+    pages : sequence of (title, path relative to ``folder``, one-sentence verdict)
+
+    Returns
+    -------
+    Path
+        Of the front page.
+    """
+    return _write_text(Path(folder) / "index.html", page.index(pages))
+
+
+def _write_text(path: Path, text: str) -> Path:
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
