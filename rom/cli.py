@@ -111,9 +111,12 @@ def _dataset(arguments: argparse.Namespace) -> None:
 
 def _compare(arguments: argparse.Namespace) -> None:
     from rom.comparison import compare, write_results
+    from rom.comparison.compare import chosen_curves
     from rom.reporting import conclusions, write_report
 
     methods = arguments.methods.split(",") if arguments.methods else None
+    chosen_curves(arguments.scene, methods, arguments.quick)
+    arguments.output.mkdir(parents=True, exist_ok=True)  # an impossible folder is refused before the work, not after
     results = compare(arguments.scene, methods=methods, cases=arguments.cases, quick=arguments.quick,
                       seed=arguments.seed, progress=bar)
     write_results(results, arguments.output)
@@ -126,6 +129,7 @@ def _report(arguments: argparse.Namespace) -> None:
     from rom.reporting import conclusions, write_index, write_report
     from rom.scenes import SCENES
 
+    arguments.output.mkdir(parents=True, exist_ok=True)
     pages = []
     for name in SCENES:
         folder = arguments.output / name

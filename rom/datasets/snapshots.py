@@ -17,7 +17,7 @@ import xarray as xr
 
 from rom.datasets.schema import check_scene, dataset_attributes, mesh_variables
 from rom.datasets.splits import split_variables
-from rom.datasets.storage import read_netcdf, write_dataset, write_netcdf
+from rom.datasets.storage import read_netcdf, remove_leftovers, write_dataset, write_netcdf
 from rom.errors import SchemaError, SolverError
 from rom.provenance import source_digest, stamp
 from rom.scenes import CaseArrays, Scene
@@ -121,7 +121,10 @@ def make_dataset(scene: Scene, count: int, path: str | Path, *, beyond: int = 0,
     recipe = {"scene": json.loads(scene.to_json()), "cases": count, "beyond": beyond, "seed": seed,
               "source": source_digest("fullorder", "fingertip", "scenes", "datasets")}
     folder = path.with_name(path.name + ".pieces")
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")
     _claim(folder, recipe)
+    remove_leftovers(path)
     pieces = _pieces(scene, arrays)
     for k in progress(range(len(pieces))):
         _make_piece(scene, arrays.take(pieces[k]), pieces[k], folder / f"{k:05d}.nc")

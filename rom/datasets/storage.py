@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,27 @@ import xarray as xr
 
 from rom.datasets.schema import check_schema, decode_complex, encode_complex
 from rom.errors import SchemaError
+
+
+def remove_leftovers(path: str | Path) -> None:
+    """Remove what killed processes left of ``path`` under temporary names; a living one's file stays."""
+    path = Path(path)
+    for partial in path.parent.glob(f".{glob.escape(path.name)}.*.partial"):
+        number = partial.name.removesuffix(".partial").rpartition(".")[2]
+        if number.isdecimal() and not _alive(int(number)):
+            partial.unlink(missing_ok=True)
+
+
+def _alive(process: int) -> bool:
+    if os.name == "nt":  # where signal 0 would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # someone else's
+        return True
+    return True
 
 
 @contextmanager
