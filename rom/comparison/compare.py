@@ -72,7 +72,8 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
         if quick:
             fingertip = replace(fingertip, density=QUICK_DENSITY)
     scene = get_scene(scene_name, fingertip)
-    cases = cases or (QUICK_CASES if quick else CASES)
+    if cases is None:
+        cases = QUICK_CASES if quick else CASES
     if cases < 10:
         raise ValueError(f"{cases} cases are too few to learn from and to hold out: ask for ten or more")
     beyond = max(8, cases // 10)

@@ -1,0 +1,119 @@
+"""A scene builds nothing that it leaves out, and `import rom` stays cheap; each claim in a process of its own."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from rom.metamodels import applicable, metamodel_class
+from rom.scenes import StaticPointForces
+
+STATIC_RUN = """
+import json, sys
+import numpy as np
+import scipy.sparse.linalg
+import rom.fullorder.dynamic_stiffness, rom.fullorder.modes, rom.fullorder.second_order
+from rom.fingertip import Fingertip, MeshDensity, elasticity
+from rom.fullorder import SecondOrderModel
+
+
+def forbid(owner, name, what):
+    def refuse(*_, **__):
+        raise AssertionError(f"a static scene asked for {what}")
+    setattr(owner, name, property(refuse) if isinstance(owner, type) and not callable(getattr(owner, name)) else refuse)
+
+
+for name in ("mass", "mass_by_tissue"):
+    forbid(Fingertip, name, "the mass matrix")
+forbid(elasticity, "mass_by_tissue", "the mass matrix")
+forbid(SecondOrderModel, "mass", "the mass matrix")
+for owner, name in ((scipy.sparse.linalg, "eigsh"), (rom.fullorder.modes, "natural_modes"),
+                    (rom.fullorder.second_order, "natural_modes"), (SecondOrderModel, "natural_modes")):
+    forbid(owner, name, "an eigenproblem")
+for name in ("harmonic_factorization", "solve_harmonic", "dynamic_stiffness"):
+    forbid(SecondOrderModel, name, "complex numbers")
+
+from rom.datasets import draw_cases, solve_cases
+from rom.datasets.schema import dataset_attributes, encode_complex
+from rom.metamodels import create
+from rom.scenes import get_scene
+
+scene = get_scene("static-point-forces", Fingertip(density=MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))))
+arrays, cases = draw_cases(scene, 60, 6, seed=1)
+values, _ = solve_cases(scene, arrays)
+train = scene.label(cases, values)
+train.attrs.update(dataset_attributes(scene))
+assert "part" not in encode_complex(train).dims
+kinds = {str(values.dtype)}
+for method, settings in json.loads(sys.argv[1]).items():
+    model = create(method, scene, **settings).fit(train)
+    for answer in (model.predict(cases)["displacement"].values, model.evaluate(arrays, "pad")):
+        kinds.add(str(answer.dtype))
+        assert np.isrealobj(answer) and np.linalg.norm(answer) > 0
+    kinds.update(str(a.dtype) for a in vars(model).values() if isinstance(a, np.ndarray))
+print(json.dumps([sorted(kinds), sorted(sys.modules)]))
+"""
+
+
+def run(code, environment, *words):
+    done = subprocess.run([sys.executable, "-c", code, *words], env=environment, capture_output=True, text=True,
+                          timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def loaded(modules):
+    return {name.split(".")[0] for name in modules}
+
+
+@pytest.mark.parametrize(("module", "heavy"), [
+    ("rom", {"numpy", "scipy", "xarray", "torch", "matplotlib", "skfem", "sklearn", "netCDF4"}),
+    ("rom.cli", {"numpy", "scipy", "xarray", "torch", "matplotlib", "skfem", "sklearn", "netCDF4"}),
+    ("rom.scenes", {"torch", "matplotlib", "sklearn", "netCDF4"}),
+    ("rom.metamodels", {"torch", "matplotlib", "sklearn"}),
+    ("rom.comparison", {"torch", "matplotlib", "sklearn"})])
+def test_an_import_loads_little(module, heavy, subprocess_environment):
+    modules = run(f"import {module}, json, sys; print(json.dumps(sorted(sys.modules)))", subprocess_environment)
+    assert not loaded(modules) & heavy
+
+
+def test_listing_the_methods_of_a_scene_loads_no_torch(subprocess_environment):
+    code = "import json, sys; from rom.cli import main; main(['scenes']); print(json.dumps(sorted(sys.modules)))"
+    modules = run(code, subprocess_environment)
+    assert not loaded(modules) & {"torch", "matplotlib"}
+
+
+def test_statics_build_nothing_that_the_scene_leaves_out(subprocess_environment):
+    # every method but the network, which asks for torch itself, and says so
+    methods = {name: {"rank": 10} if metamodel_class(name).learns else {}
+               for name in applicable(StaticPointForces.name) if name != "transformer"}
+    assert {"direct", "direct-reused", "superposition", "pod-galerkin"} <= set(methods)
+    kinds, modules = run(STATIC_RUN, subprocess_environment, json.dumps(methods))
+    assert kinds == ["float64"]
+    assert not loaded(modules) & {"torch", "matplotlib"}
+
+
+def test_torch_comes_with_the_network_that_asks_for_it(subprocess_environment):
+    network = {"transformer": {"rank": 10, "steps": 5, "width": 16, "heads": 2, "precision": "float64"}}
+    _, modules = run(STATIC_RUN, subprocess_environment, json.dumps(network))
+    assert "torch" in loaded(modules)  # so the test above can fail
+    assert "matplotlib" not in loaded(modules)
+
+
+def test_the_guards_bite(subprocess_environment):
+    code = STATIC_RUN.split("scene = get_scene")[0] + """
+refused = []
+scene = get_scene("harmonic-point-force", Fingertip(density=MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))))
+for ask in (lambda: scene.fingertip.mass, lambda: scene.full_order,
+            lambda: SecondOrderModel(scene.fingertip.stiffness).natural_modes(count=3),
+            lambda: SecondOrderModel(scene.fingertip.stiffness).solve_harmonic(None, 1.0, 0.1)):
+    try:
+        ask()
+    except AssertionError as error:
+        refused.append(str(error))
+print(json.dumps(refused))
+"""
+    refused = run(code, subprocess_environment)
+    assert refused == [f"a static scene asked for {what}" for what in
+                       ("the mass matrix", "the mass matrix", "an eigenproblem", "complex numbers")]
