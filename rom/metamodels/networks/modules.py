@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -13,8 +14,9 @@ N_PLACE = 6
 """A load's position and normal."""
 NORMAL_SCALE = 0.5
 """Normals turn slowly over the pad: lower Fourier frequencies serve them."""
-OWN_SHARE = 4.0
-"""Attention's first logit distance between the two nearest pad tokens."""
+OWN_LOGIT = 4.0
+"""Lead of a pad token's own logit over its nearest neighbour's before training, for the two nearest tokens: training
+begins with attention that tells all tokens apart, so that learning their values is almost a linear problem."""
 
 
 class Fourier(nn.Module):
@@ -122,6 +124,7 @@ class PadAttention(nn.Module):
     pad: Tensor
     scale: Tensor
     unit: Tensor
+    blocks: Any  # nn.ModuleList of AttentionBlock
 
     def __init__(self, pad: Tensor, scale: Tensor, width: int, depth: int, heads: int) -> None:
         super().__init__()
@@ -139,7 +142,7 @@ class PadAttention(nn.Module):
             apart = torch.cdist(key, key, compute_mode="donot_use_mm_for_euclid_dist").square()
             apart = apart[~torch.eye(len(pad), dtype=torch.bool)]
             nearest = apart.min() if len(apart) else torch.ones(())
-            self.unit.copy_(OWN_SHARE / nearest.clamp(min=1e-6))
+            self.unit.copy_(OWN_LOGIT / nearest.clamp(min=1e-6))
 
     def remember(self) -> list:
         """Keys and values of each block, and the last keys: what of the pad's tokens forces attend to."""

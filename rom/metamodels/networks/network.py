@@ -62,7 +62,7 @@ class Network(Metamodel):
         super().__init__(scene, **settings, seed=seed, precision=check_precision(precision))
         self.progress: Callable[[Iterable[int]], Iterable[int]] = iter
         self.history: History | None = None
-        self._module: torch.nn.Module | None = None
+        self._module: Any = None  # torch.nn.Module once fitted; torch is not imported here
         self._basis: Basis
 
     @property

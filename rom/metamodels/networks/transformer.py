@@ -117,7 +117,7 @@ class Transformer(Network):
         super()._keep(module)
         self._tokens = torch.from_numpy(self._places())
         with torch.inference_mode():
-            self._memory = module.remember()
+            self._memory = self._module.remember()
 
 
 def superpose(loads: np.ndarray, answers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
