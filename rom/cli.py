@@ -47,7 +47,7 @@ def _parser() -> argparse.ArgumentParser:
     dataset.add_argument("--cases", type=int, required=True, help="cases within the published ranges")
     dataset.add_argument("--beyond", type=int, default=0, help="further cases outside them (default 0)")
     dataset.add_argument("--output", type=Path, required=True, metavar="FILE")
-    dataset.add_argument("--seed", type=int, default=0)
+    dataset.add_argument("--seed", type=_seed, default=0)
     dataset.add_argument("--preset", default="metamodel", help="mesh: metamodel (default) or study")
     dataset.add_argument("--formulation", default="b-bar", help="b-bar (default), or full as published")
     dataset.add_argument("--compress", action="store_true", help="smaller and slower to write")
@@ -68,9 +68,15 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed, give a whole number from zero up")
+    return int(text)
+
+
 def _common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="coarse mesh and few cases: a check, not a result")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=_seed, default=0)
 
 
 def bar(items: Iterable, title: str) -> Iterable:
