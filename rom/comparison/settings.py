@@ -19,6 +19,7 @@ class Curve(NamedTuple):
 
 
 def _each(name: str, *values: Any, **fixed: Any) -> tuple[dict[str, Any], ...]:
+    """One setting for each value of ``name``, the others fixed."""
     return tuple({name: value, **fixed} for value in values)
 
 
@@ -28,7 +29,7 @@ CURVES: dict[str, dict[str, Curve]] = {
     StaticPointForces.name: {
         "direct": Curve(({},)),
         "direct-reused": Curve(({},)),
-        "coarse-fem": Curve(_each("scale", 0.4, 0.6, 0.8)),
+        "coarse-fem": Curve(_each("scale", 0.5, 0.75)),
         "superposition": Curve(({}, SINGLE), headline=0),
         "pod-galerkin": Curve(_each("rank", 30, 60, 120, 200, 239), headline=-1),
         "pod-regression": Curve(_each("rank", 60, 120, 239)),
@@ -37,14 +38,13 @@ CURVES: dict[str, dict[str, Curve]] = {
     HarmonicPointForce.name: {
         "direct": Curve(({},)),
         "direct-reused": Curve(({},)),
-        "coarse-fem": Curve(_each("scale", 0.4, 0.6, 0.8)),
+        "coarse-fem": Curve(_each("scale", 0.5, 0.75)),
         "modal": Curve(({}, {"modes": 40}, {"modes": 120}), headline=0),
         "modal-static": Curve(_each("modes", 20, 60, 120), headline=-1),
         "modal-krylov": Curve((
-            {"modes": 20, "vectors": 3, **SINGLE}, {"modes": 20, "vectors": 5, **SINGLE},
-            {"modes": 40, "vectors": 6, **SINGLE}, {"modes": 40, "vectors": 8, **SINGLE},
-            {"modes": 40, "vectors": 8}), headline=3),
-        "pod-galerkin": Curve(_each("rank", 100, 200, 300, 400, 500), headline=-1),
+            {"modes": 20, "vectors": 3}, {"modes": 20, "vectors": 5},
+            *_each("vectors", 6, 8, 10, modes=40, **SINGLE), {"modes": 40, "vectors": 10}), headline=4),
+        "pod-galerkin": Curve(_each("rank", 100, 200, 300, 400, 500, **SINGLE), headline=-1),
         "pod-regression": Curve(_each("rank", 50, 100, 200)),
         "mlp": Curve(({},)),
         "mlp-residual": Curve(({},)),
@@ -55,14 +55,15 @@ QUICK_CURVES: dict[str, dict[str, Curve]] = {
     StaticPointForces.name: {
         "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
         "superposition": Curve(({},)), "pod-galerkin": Curve(_each("rank", 10, 25)),
-        "pod-regression": Curve(({"rank": 25},)), "transformer": Curve(({},)),
+        "pod-regression": Curve(({"rank": 25},)), "transformer": Curve(({"width": 32, "steps": 300},)),
     },
     HarmonicPointForce.name: {
         "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
         "modal": Curve(({"modes": 6}, {}), headline=1), "modal-static": Curve(({"modes": 20},)),
         "modal-krylov": Curve(({"modes": 20, "vectors": 3}, {"modes": 20, "vectors": 6}), headline=1),
         "pod-galerkin": Curve(_each("rank", 20, 60)), "pod-regression": Curve(({"rank": 40},)),
-        "mlp": Curve(({},)), "mlp-residual": Curve(({},)),
+        "mlp": Curve(({"width": 64, "steps": 60},)),
+        "mlp-residual": Curve(({"modes": 10, "rank": 16, "width": 64, "steps": 60},)),
     },
 }
 

@@ -3,6 +3,7 @@
 This floor knows matrices only, and no fingertip.
 """
 
+from rom.fullorder.blas import blas_threads
 from rom.fullorder.dynamic_stiffness import DynamicStiffness
 from rom.fullorder.factorization import Factorization, available_backends, factorize
 from rom.fullorder.modes import Modes, modal_assurance_criterion, natural_modes, sturm_count
@@ -17,6 +18,7 @@ __all__ = [
     "SecondOrderModel",
     "SymmetricMatrix",
     "available_backends",
+    "blas_threads",
     "factorize",
     "get_threads",
     "modal_assurance_criterion",

@@ -17,9 +17,9 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from rom.errors import SolverError
+from rom.fullorder.blas import blas_threads
 from rom.fullorder.dynamic_stiffness import DynamicStiffness, check_not_negative
 from rom.fullorder.factorization import Factorization, factorize
 
@@ -258,7 +258,7 @@ def _lanczos(
     start = np.random.default_rng(seed).standard_normal(n)
     try:
         # ARPACK's thin products gain nothing from threads, and waiting ones would take the solver's cores
-        with threadpool_limits(1, user_api="blas"):
+        with blas_threads(1):
             _, shape = spla.eigsh(stiffness, k=size, M=mass, sigma=0.0, OPinv=inverse, v0=start)
     except (spla.ArpackError, spla.ArpackNoConvergence) as error:
         raise SolverError(f"the Lanczos search for {size} of {n} modes failed: {error}") from error

@@ -156,8 +156,8 @@ class PodGalerkin(Metamodel):
         return combine(self.coordinates(cases), self._basis.rows(outputs))
 
     def best_approximation(self, values: np.ndarray) -> np.ndarray:
-        orthonormal = np.linalg.qr(self._basis.field.T)[0]
-        return (values @ orthonormal) @ orthonormal.T
+        rows = self._basis.field / np.linalg.norm(self._basis.field, axis=1, keepdims=True)
+        return sla.solve(rows @ rows.T, rows @ values.T, assume_a="pos").T @ rows
 
     def _state(self) -> xr.Dataset:
         return xr.Dataset({

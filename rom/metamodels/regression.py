@@ -7,15 +7,20 @@ normal, frequency and loss factor, for a unit force; the amplitude multiplies ex
 
 from __future__ import annotations
 
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
+from rom.datasets import carve_validation
 from rom.metamodels.basis import Basis, check_precision, combine
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod import pod_of
 from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
+
+WIDTHS = (0.15, 0.3, 0.6, 1.2)
+RIDGES = (1e-9, 1e-6, 1e-3)
 
 
 class PodRegression(Metamodel):
@@ -25,10 +30,11 @@ class PodRegression(Metamodel):
     ----------
     rank : int
         Number of POD modes.
-    width : float
-        Of the radial functions: over the pad's size in statics, over the scaled inputs in harmonics.
-    ridge : float
-        Regularisation.
+    width : float, optional
+        Of the radial functions: over the pad's size in statics, over the scaled inputs in harmonics. Default: the best
+        of :data:`WIDTHS` on a validation set carved from the training cases.
+    ridge : float, optional
+        Regularisation; default: the best of :data:`RIDGES` likewise.
     """
 
     name: ClassVar[str] = "pod-regression"
@@ -36,10 +42,11 @@ class PodRegression(Metamodel):
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
     learns: ClassVar[bool] = True
 
-    def __init__(self, scene: Scene, rank: int = 100, width: float = 0.3, ridge: float = 1e-6,
+    def __init__(self, scene: Scene, rank: int = 100, width: float | None = None, ridge: float | None = None,
                  precision: str = "float64") -> None:
-        if width <= 0 or ridge < 0:
-            raise ValueError(f"width={width:g}, ridge={ridge:g} cannot be: width must be positive, ridge not negative")
+        if rank < 1 or (width is not None and width <= 0) or (ridge is not None and ridge < 0):
+            raise ValueError(f"rank={rank}, width={width}, ridge={ridge} cannot be: give a rank of one or more, a "
+                             "positive width, a ridge of zero or more")
         super().__init__(scene, rank=rank, width=width, ridge=ridge, precision=check_precision(precision))
         self._basis: Basis | None = None
 
@@ -69,13 +76,12 @@ class PodRegression(Metamodel):
     def _kernel(self, features: np.ndarray) -> np.ndarray:
         from sklearn.metrics.pairwise import rbf_kernel
 
-        return rbf_kernel(features, self._centres, gamma=0.5 / self.settings["width"] ** 2)
+        return rbf_kernel(features, self._centres, gamma=0.5 / self._width ** 2)
 
     def _design(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, n_centre) ndarray: kernel values weighted by the forces."""
         if self.scene.harmonic:
-            return sum(self._kernel(self._features(cases, j)) * cases.force[:, j:j + 1]
-                       for j in range(cases.node.shape[1]))
+            return self._kernel(self._features(cases)) * cases.force
         table = self._kernel(self._features(self._each_pad_node()))
         return np.einsum("cf,cfk->ck", cases.force, table[cases.node])
 
@@ -86,37 +92,54 @@ class PodRegression(Metamodel):
     # ---- the metamodel --------------------------------------------------------------------------------------
 
     def _fit(self, train: xr.Dataset | None) -> None:
-        from sklearn.kernel_ridge import KernelRidge
-        from sklearn.linear_model import Ridge
-
         vectors = pod_of(self.scene, train).truncated(self.settings["rank"])
         arrays = self.scene.case_arrays(train)
         coefficients = self.scene.values(train) @ vectors
-        ridge, gamma = self.settings["ridge"], 0.5 / self.settings["width"] ** 2
+        learn, validate = carve_validation(len(arrays))
+        size = np.linalg.norm(coefficients[validate], axis=1)
+        best = np.inf, WIDTHS[0], RIDGES[0]
+        for width, ridge in product(self._choices("width", WIDTHS), self._choices("ridge", RIDGES)):
+            self._regress(arrays.take(learn), coefficients[learn], width, ridge)
+            miss = np.linalg.norm(self._coefficients(arrays.take(validate)) - coefficients[validate], axis=1)
+            best = min(best, (float(np.median(miss / size)), width, ridge))
+        self._regress(arrays, coefficients, *best[1:])
+        self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
+
+    def _choices(self, name: str, candidates: tuple[float, ...]) -> tuple[float, ...]:
+        return candidates if self.settings[name] is None else (self.settings[name],)
+
+    def _regress(self, arrays: CaseArrays, coefficients: np.ndarray, width: float, ridge: float) -> None:
+        """Weights for the given width and ridge, each case weighing by its relative error."""
+        from sklearn.kernel_ridge import KernelRidge
+        from sklearn.linear_model import Ridge
+
+        self._width = width
         if self.scene.harmonic:
-            if arrays.force.shape[1] > 1:
-                raise ValueError(f"{self.name} learns harmonic cases of one force each: split those with several")
             self._centres = self._features(arrays)
             target = coefficients / arrays.force
-            size = np.linalg.norm(target, axis=1).mean()
-            model = KernelRidge(alpha=ridge, kernel="rbf", gamma=gamma)
-            model.fit(self._centres, np.concatenate([target.real, target.imag], axis=1) / size)
-            self._weights = size * model.dual_coef_
+            size = np.linalg.norm(target, axis=1)
+            model = KernelRidge(alpha=ridge, kernel="rbf", gamma=0.5 / width ** 2)
+            model.fit(self._centres, np.concatenate([target.real, target.imag], axis=1),
+                      sample_weight=(size.mean() / size) ** 2)
+            self._weights = model.dual_coef_
         else:
             loaded = np.unique(arrays.node[arrays.force != 0.0])
             self._centres = self._features(self._each_pad_node().take(loaded))
-            size = np.linalg.norm(coefficients, axis=1).mean()
-            model = Ridge(alpha=ridge, fit_intercept=False, solver="cholesky")
-            model.fit(self._design(arrays), coefficients / size)
-            self._weights = size * np.ascontiguousarray(model.coef_.T)
-        self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
+            size = np.linalg.norm(coefficients, axis=1)
+            model = Ridge(alpha=ridge, fit_intercept=False, solver="svd")
+            model.fit(self._design(arrays), coefficients, sample_weight=(size.mean() / size) ** 2)
+            self._weights = np.ascontiguousarray(model.coef_.T)
+
+    def _coefficients(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case, rank) ndarray: POD coefficients."""
+        coefficients = self._design(cases) @ self._weights
+        if not self.scene.harmonic:
+            return coefficients
+        half = coefficients.shape[1] // 2
+        return coefficients[:, :half] + 1j * coefficients[:, half:]
 
     def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
-        coefficients = self._design(cases) @ self._weights
-        if self.scene.harmonic:
-            half = coefficients.shape[1] // 2
-            coefficients = coefficients[:, :half] + 1j * coefficients[:, half:]
-        return combine(coefficients, self._basis.rows(outputs))
+        return combine(self._coefficients(cases), self._basis.rows(outputs))
 
     def best_approximation(self, values: np.ndarray) -> np.ndarray:
         rows = self._basis.field
@@ -126,8 +149,10 @@ class PodRegression(Metamodel):
         return xr.Dataset({
             "pod_mode": (("rank", "dof"), self._basis.field, {"long_name": "POD mode", "units": "1"}),
             "centre": (("centre_case", "feature"), self._centres, {"long_name": "centres of the radial functions"}),
-            "weight": (("centre_case", "output"), self._weights, {"long_name": "regression weights"})})
+            "weight": (("centre_case", "output"), self._weights, {"long_name": "regression weights"})},
+            attrs={"width": self._width})
 
     def _restore(self, data: xr.Dataset) -> None:
         self._centres, self._weights = data["centre"].values, data["weight"].values
+        self._width = float(data.attrs["width"])
         self._basis = Basis(data["pod_mode"].values, self.scene.pad_rows, self.settings["precision"])
