@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rom.reporting import palette, words
-from rom.reporting.plate import Plate, number_axis, sheet, tidy
+from rom.reporting.plate import Plate, number_axis, sheet, ticks_about_one, tidy
 from rom.reporting.results import Results
 
 
@@ -27,9 +27,7 @@ def effectivity(found: Results) -> Plate | None:
     least, most = min(1.0, low[rows].min()), max(1.0, high[rows].max())
     span = max((most / least) ** 0.08, 1.02)
     axes.set_xlim(least / span, most * span)
-    marks = (0.01, 0.1, 0.2, 0.5, 0.8, 0.9, 1, 1.1, 1.2, 1.5, 2, 3, 5, 10, 20, 50, 100, 1000)
-    ticks = [t for t in marks if least / span <= t <= most * span]
-    axes.set_xticks(ticks)
+    axes.set_xticks(ticks_about_one(least / span, most * span))
     axes.set_yticks(y, [found.name(i) for i in rows], fontsize=9)
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.set_xlabel("bound over true energy error [1]")
@@ -64,8 +62,7 @@ def timing(found: Results) -> Plate | None:
     ends = np.concatenate([np.percentile(s, [5, 95]) for s in spread])
     low, high = min(0.9, ends.min() / 1.03), max(1.1, ends.max() * 1.03)
     axes.set_xlim(low, high)
-    ticks = [t for t in (0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.5, 2, 3, 5, 10, 20) if low <= t <= high]
-    axes.set_xticks(ticks)
+    axes.set_xticks(ticks_about_one(low, high))
     axes.set_yticks(y, [f"{found.method[i]}, {words.seconds(found.online[i])}" for i in rows], fontsize=9.5)
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.set_xlabel("time of one case over its own median [1]; box: quartiles, whiskers: 5 to 95 %")

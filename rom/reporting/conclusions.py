@@ -116,7 +116,7 @@ def band_modes(found: Results) -> Iterator[str]:
     text = (f"{start} and must not be trusted: a point load excites all modes above the band too, quasi-statically, "
             "and what they add together, the static part, is missing.")
     largest = max(entries, key=lambda k: named[k] or 0)
-    if largest != i and named[largest]:
+    if (named[largest] or 0) > kept:
         text += f" {named[largest]} modes still leave {words.error(found.errors(split)[largest])}."
     for method, what in (("modal-static", "the static response of each load"),
                          ("modal-krylov", "further load-dependent vectors")):
@@ -189,7 +189,7 @@ def certificate(found: Results) -> Iterator[str]:
         i = found.headline(method)
         if not np.isfinite([low[i], middle[i], high[i]]).all():
             continue
-        text = (f"The error bound of {method} is {words.significant(low[i], 4)} to {words.significant(high[i])} times "
+        text = (f"The error bound of {method} is {words.bound(low[i])} to {words.significant(high[i])} times "
                 f"the true energy error, {words.significant(middle[i])} times in the median")
         yield text + (": it never promised too much." if low[i] >= 1.0 else
                       "; below 1 it promised too much, so it was not a bound in every case.")

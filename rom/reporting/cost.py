@@ -136,4 +136,4 @@ def _speed_title(found: Results, rows: list[int]) -> str:
                 "whatever its speed")
     i = max(good, key=lambda k: found.speedup[k])
     return (f"Fastest headline within {words.error(found.gate)} ({found.splits[0]} split): {found.method[i]}, "
-            f"{words.ratio(found.speedup[i])} {DIRECT} for one case")
+            f"{words.ratio(found.speedup[i])} faster than {DIRECT} for one case")

@@ -88,7 +88,8 @@ def _shade(axes: Axes, found: Results, frequency: np.ndarray, split: str) -> Non
                      label="beyond the published range")
     if split != found.splits[0]:
         for low, high in held_out_bands(found):
-            axes.axvspan(low, high, color=palette.HELD_OUT, linewidth=0, zorder=0, label="band kept from training")
+            axes.axvspan(low - 0.5, high + 0.5, color=palette.HELD_OUT, linewidth=0, zorder=0,
+                         label="band kept from training")
     shown = found.natural_hz[found.natural_hz <= max(frequency.max(), found.band_hz)]
     if len(shown):
         from matplotlib.transforms import blended_transform_factory

@@ -101,13 +101,15 @@ def _strip(band: Any, found: Results, row: int, entry: int, position: np.ndarray
 def _skin(axes: Any, shape: np.ndarray, quads: np.ndarray, colours: np.ndarray, loads: np.ndarray) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    axes.add_collection3d(Poly3DCollection(shape[quads], facecolors=colours, edgecolors="#00000030", linewidths=0.2,
-                                            clip_on=False))
-    points = shape[loads]
-    axes.plot(*points.T, "o", color="black", markeredgecolor="white", markersize=6, zorder=1e6, clip_on=False)
+    surface = Poly3DCollection(shape[quads], facecolors=colours, edgecolors="#00000030", linewidths=0.2, clip_on=False)
+    axes.add_collection3d(surface)
+    points = axes.plot(*shape[loads].T, "o", color="black", markeredgecolor="white", markersize=6, zorder=1e6,
+                       clip_on=False)
+    for drawn in (surface, *points):
+        drawn.set_in_layout(False)
     low, high = shape.min(axis=0), shape.max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=1.55)
+    axes.set_box_aspect(high - low, zoom=1.45)
     axes.set_proj_type("ortho")
     axes.computed_zorder = False
     axes.view_init(ELEVATION, AZIMUTH)

@@ -91,6 +91,11 @@ def measured(found: Results) -> list[str]:
     for split in found.splits:
         if split in train and split in test:
             sentences.append(f"The {split} split: {train[split]:,} training cases, {test[split]:,} held-out cases.")
+    fewer = [name for name in found.methods if any(0 < judged < most for judged, most in (
+        found.judged(found.headline(name), split) for split in found.splits))]
+    if fewer:
+        sentences.append(f"Errors of {words.listed(fewer)} are over fewer held-out cases than the others'; the first "
+                         "table says how many.")
     if found.regions:
         sentences.append(f"The {found.splits[-1]} split keeps from training: {'; '.join(found.regions)}.")
     return sentences

@@ -53,7 +53,8 @@ def sheet(height: float, title: str, width: float = WIDTH) -> Figure:
 def _balanced(title: str, width: int) -> str:
     """Lines of about equal length, a number never parted from its unit."""
     lines = math.ceil(len(title) / width)
-    return textwrap.fill(title.replace(" %", "\u00a0%").replace(" ×", "\u00a0×"), min(width, len(title) // lines + 12))
+    return textwrap.fill(title.replace(" %", "\u00a0%").replace(" ×", "\u00a0×"), min(width, len(title) // lines + 12),
+                         break_on_hyphens=False)
 
 
 def tidy(axes: Axes, grid: str = "both") -> None:
@@ -86,6 +87,15 @@ def number_axis(axis: Axis) -> None:
 
     axis.set_major_formatter(FuncFormatter(lambda value, _: words.significant(value) if value < 1e6 else _power(value)))
     _quiet(axis)
+
+
+def ticks_about_one(low: float, high: float) -> list[float]:
+    """Round numbers on a log axis that holds 1, as many as stand apart."""
+    chosen = [1.0]
+    for tick in (0.5, 2, 0.1, 10, 0.2, 5, 1.5, 0.7, 0.01, 100, 0.9, 1.1, 0.8, 1.2, 3, 0.3, 20, 50, 1000):
+        if low <= tick <= high and min(abs(np.log(tick / c)) for c in chosen) > 0.04 * np.log(high / low):
+            chosen.append(tick)
+    return sorted(chosen)
 
 
 def _quiet(axis: Axis) -> None:

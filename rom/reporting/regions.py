@@ -8,7 +8,7 @@ import numpy as np
 
 from rom.reporting import words
 from rom.reporting.plate import Plate, drawable, sheet
-from rom.reporting.results import Results
+from rom.reporting.results import SOLVERS, Results
 
 DECADES = 3.0
 """Errors so many powers of ten from the gate have the full colour."""
@@ -48,12 +48,12 @@ def error_by_region(found: Results) -> Plate | None:
     return Plate("error-by-region.png", figure,
                  "Largest error of each method's headline setting: on the published split, and, trained without "
                  "them, in the parts that the hard split keeps from training. Purple is within the gate, orange "
-                 "outside.",
+                 "outside; a dash where no case was judged.",
                  "Table of largest errors by method and by part of the hard split, coloured by distance from the gate.")
 
 
 def _title(found: Results, rows: list[int]) -> str:
-    reduced = [i for i in rows if i != found.direct]
+    reduced = [i for i in rows if found.method[i] not in SOLVERS]
     hold = [found.method[i] for i in reduced if _within(found, i)]
     gate = words.error(found.gate)
     if not hold:
@@ -64,6 +64,7 @@ def _title(found: Results, rows: list[int]) -> str:
 
 
 def _within(found: Results, entry: int) -> bool:
-    errors = np.array([found.region_error(entry, r) for r in found.regions])
-    known = errors[np.isfinite(errors)]
-    return bool(len(known)) and bool((known <= found.gate).all())
+    """Whether an entry was judged in every part that has cases, and passed."""
+    errors = np.asarray(found.data["error_by_region"].transpose("entry", "region").values, dtype=float)
+    some = np.isfinite(errors).any(axis=0)
+    return bool(some.any()) and bool((errors[entry, some] <= found.gate).all())

@@ -141,6 +141,13 @@ class Results:
         array = self.data["case_error"].transpose("entry", "split", "case").values
         return np.asarray(array[entry, self.splits.index(split)], dtype=float)
 
+    def judged(self, entry: int, split: str) -> tuple[int, int]:
+        """Held-out cases on which an entry was judged, and the largest such number of any entry."""
+        if "case_error" not in self.data or split not in self.splits:
+            return 0, 0
+        known = np.isfinite(self.data["case_error"].sel(split=split).transpose("entry", "case").values).sum(axis=1)
+        return int(known[entry]), int(known.max())
+
     @cached_property
     def regions(self) -> list[str]:
         """Parts of the hard split."""

@@ -30,9 +30,11 @@ def headline_table(found: Results) -> str:
         i = found.headline(method)
         cells = [html.named(method, found.setting(i), palette.style(method).colour)]
         for split in found.splits:
+            judged, most = found.judged(i, split)
+            of = f" ({judged} of {most} cases)" if judged < most else ""
             cells.append(html.cell(words.error(found.errors(split)[i]),
                                    f"{words.error(found.errors(split, 'p95')[i])} / "
-                                   f"{words.error(found.errors(split, 'median')[i])}"))
+                                   f"{words.error(found.errors(split, 'median')[i])}{of}"))
         cells += _times(found, i)
         cells += [html.cell(words.seconds(call[i])), html.cell(words.seconds(offline[i])),
                   html.cell(words.size(size[i])), html.cell(NOTHING if method == DIRECT else words.count(needed[i]))]
@@ -70,7 +72,8 @@ def speed_table(found: Results, split: str) -> str:
             cells.append(_fastest(found, entries))
         rows.append(("", cells))
     return html.table(f"Largest speed-up over {DIRECT} at a level of largest error, {split} split: one full field, "
-                      "with a case in a batch and the pad only below it, each at the setting that suits it best.", head, rows)
+                      "with a case in a batch and the pad only below it, each at the setting that suits it best.",
+                      head, rows)
 
 
 def _fastest(found: Results, entries: list[int]) -> str:
@@ -119,4 +122,4 @@ def _bound(found: Results, entry: int) -> str:
     low, middle, high = (found.per_entry(f"effectivity_{name}")[entry] for name in ("min", "median", "max"))
     if not np.isfinite([low, middle, high]).all():
         return html.cell(NOTHING)
-    return html.cell(words.significant(middle), f"{words.significant(low, 4)} to {words.significant(high)}")
+    return html.cell(words.significant(middle), f"{words.bound(low)} to {words.significant(high)}")

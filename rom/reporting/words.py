@@ -75,6 +75,12 @@ def count(value: float) -> str:
     return f"{math.ceil(value):,}"
 
 
+def bound(value: float) -> str:
+    """A ratio of bound to error, never rounded across 1, which tells a bound from a guess."""
+    text = significant(value, 4)
+    return "just below 1" if value < 1 and text == "1" else text
+
+
 def frequency(value: float) -> str:
     """``122.4 Hz``."""
     return f"{significant(value, 4)} Hz"

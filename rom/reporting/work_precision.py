@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,9 +25,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+TITLES = {"batch_seconds": "A full field in a large batch", "output_seconds": "The pad's displacement alone"}
+
+
 def work_precision(found: Results) -> Plate:
     """Online time of one case, full field, against the largest held-out error; a panel a split."""
-    figure = sheet(6.4, _title(found, "one full field", lambda: found.online))
+    figure = sheet(6.4, _title(found, "One full field", found.online))
     panels = list(figure.subplots(1, len(found.splits), sharey=True, squeeze=False)[0])
     lowest = _lowest(found, found.splits)
     for axes, split in zip(panels, found.splits, strict=True):
@@ -54,7 +56,7 @@ def work_precision_elsewhere(found: Results) -> Plate | None:
     if not sets:
         return None
     name = sets[0][0]
-    figure = sheet(5.4, _title(found, sets[0][2], lambda: found.per_entry(name)))
+    figure = sheet(5.4, _title(found, TITLES[name], found.per_entry(name)))
     panels = list(figure.subplots(1, len(sets), sharey=True, squeeze=False)[0])
     for axes, (variable, label, what) in zip(panels, sets, strict=True):
         _panel(axes, found, found.per_entry(variable), found.errors(split), _lowest(found, [split]))
@@ -127,12 +129,12 @@ def frontier(times: np.ndarray, errors: np.ndarray, entries: list[int]) -> list[
     return chosen
 
 
-def _title(found: Results, what: str, times: Callable[[], np.ndarray]) -> str:
+def _title(found: Results, what: str, times: np.ndarray) -> str:
     split, gate = found.splits[0], words.error(found.gate)
-    entries = [i for i in found.passing([split]) if np.isfinite(times()[i])]
+    entries = [i for i in found.passing([split]) if np.isfinite(times[i])]
     if not entries:
-        return f"No method gives {what} within {gate} on the {split} split faster than direct"
-    i = min(entries, key=lambda k: times()[k])
-    ratio = times()[found.direct] / times()[i]
+        return f"{what}: no method stays within {gate} on the {split} split"
+    i = min(entries, key=lambda k: times[k])
+    ratio = times[found.direct] / times[i]
     speed = f", {words.ratio(ratio)} faster than {DIRECT}" if np.isfinite(ratio) and ratio >= 1 else ""
-    return f"{what[0].upper()}{what[1:]} within {gate} on the {split} split is cheapest with {found.name(i)}{speed}"
+    return f"{what} within {gate} on the {split} split is cheapest with {found.name(i)}{speed}"
