@@ -164,8 +164,10 @@ def pod_at_new_nodes(found: Results) -> Iterator[str]:
         text += ": a POD basis does not carry over to loads that it has not seen"
         if projection > 0.3 * unseen:
             text += f" (even the best combination of its vectors misses by {words.error(projection)})"
-    else:
+    elif unseen <= found.gate:
         text += ": the basis carries over to unseen loads"
+    else:
+        text += ": the basis is too small for either" if known > found.gate else ": outside the gate there"
     yield text + "."
 
 

@@ -88,6 +88,8 @@ def test_pod_at_unseen_nodes():
     table = HARMONIC | {"pod-galerkin": [("rank=256", 3e-4, 0.005, 0.006, 0.006, 95.0)]}
     text = one(conclusions(make("harmonic", table)), "pod-galerkin (rank=256) is off")
     assert "carries over to unseen loads" in text
+    table = HARMONIC | {"pod-galerkin": [("rank=20", 3e-4, 0.42, 0.65, 0.65, 95.0)]}
+    assert "too small for either" in one(conclusions(make("harmonic", table)), "pod-galerkin (rank=20) is off")
 
 
 @pytest.mark.parametrize(("needed", "words"), [(55.2, "pays back after 56 answers"), (np.inf, "never pays back"),
