@@ -12,7 +12,7 @@ from rom.reporting.results import SOLVERS, Results
 
 MILLIMETRE = 1e3
 SHOWN = 4
-EXAGGERATED_TO = 1.6
+DRAWN_AS = 1.6
 """Length [mm] to which the largest displacement is drawn."""
 ELEVATION, AZIMUTH = -42.0, -78.0
 """Viewing angles [degree]: from below, so that the pad (z < 0) is seen."""
@@ -32,9 +32,10 @@ def worst_fields(found: Results) -> Plate | None:
     for band, (row, entry) in zip(bands, rows, strict=True):
         _strip(band, found, row, entry, position, quads)
     return Plate("worst-fields.png", figure,
-                 f"The worst held-out case of some methods on the {found.splits[0]} split, seen from the pad's "
-                 "side; the shape is exaggerated. Truth and answer share one colour scale, whose steps are finer "
-                 "for small displacements; the difference has its own. The black dot marks the load.",
+                 f"The worst held-out case of some methods on the {found.splits[0]} split, seen from the pad's side. "
+                 f"Shapes are scaled so that the truth's largest displacement is drawn as {DRAWN_AS:g} mm. Truth and "
+                 "answer share one colour scale, whose steps are finer for small displacements; the difference has "
+                 "its own. Black dots mark the loads.",
                  "Fingertip skin coloured by displacement magnitude: truth, answer and difference for some methods.")
 
 
@@ -82,7 +83,7 @@ def _strip(band: Any, found: Results, row: int, entry: int, position: np.ndarray
     for column, (name, values) in enumerate(size.items(), start=1):
         panel = band.add_subplot(grid[column], projection="3d")
         norm, colour = (own, colormaps["magma_r"]) if name == "difference" else (common, colormaps["viridis"])
-        shape = position + np.clip(moved[name] * EXAGGERATED_TO / largest, -2 * EXAGGERATED_TO, 2 * EXAGGERATED_TO)
+        shape = position + np.clip(moved[name] * DRAWN_AS / largest, -2 * DRAWN_AS, 2 * DRAWN_AS)
         _skin(panel, shape, quads, colour(norm(values[quads].mean(axis=1))), loads)
         panel.set_title(name, fontsize=10, y=0.95)
     for column, norm, colours, label in ((0, common, "viridis", "|u|"), (4, own, "magma_r", "|difference|")):
