@@ -81,7 +81,8 @@ class PodRegression(Metamodel):
     def _design(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, n_centre) ndarray: kernel values weighted by the forces."""
         if self.scene.harmonic:
-            return self._kernel(self._features(cases)) * cases.force
+            return sum(self._kernel(self._features(cases, j)) * cases.force[:, j:j + 1]
+                       for j in range(cases.node.shape[1]))
         table = self._kernel(self._features(self._each_pad_node()))
         return np.einsum("cf,cfk->ck", cases.force, table[cases.node])
 
@@ -94,6 +95,8 @@ class PodRegression(Metamodel):
     def _fit(self, train: xr.Dataset | None) -> None:
         vectors = pod_of(self.scene, train).truncated(self.settings["rank"])
         arrays = self.scene.case_arrays(train)
+        if self.scene.harmonic and arrays.force.shape[1] > 1:
+            raise ValueError(f"{self.name} learns harmonic cases of one force each: split those with several")
         coefficients = self.scene.values(train) @ vectors
         learn, validate = carve_validation(len(arrays))
         size = np.linalg.norm(coefficients[validate], axis=1)

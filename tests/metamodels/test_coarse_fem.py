@@ -11,7 +11,7 @@ from rom.scenes import CaseArrays, StaticPointForces, get_scene
 
 @pytest.fixture(scope="module")
 def scene():
-    return get_scene(StaticPointForces.name, Fingertip(density=MeshDensity((8, 8), 4, 4, (1, 1, 1, 2))))
+    return get_scene(StaticPointForces.name, Fingertip(density=MeshDensity((6, 6), 3, 3, (1, 1, 1, 2))))
 
 
 @pytest.fixture(scope="module")
@@ -27,9 +27,9 @@ def test_scale_one_is_the_model_itself(scene, unit):
 def test_errors_fall_with_the_mesh(scene, unit):
     truth = create("direct", scene).fit().evaluate(unit)
     median = [np.median(relative_errors(create("coarse-fem", scene, scale=scale).fit().evaluate(unit), truth))
-              for scale in (0.25, 0.5, 0.75)]
-    assert (np.diff(median) < 0).all()
-    assert median[-1] < 0.5 * median[0]
+              for scale in (1 / 3, 2 / 3)]
+    # a point load's own neighbourhood converges slowly: half the element size, at least a quarter off the error
+    assert 0.01 < median[1] < 0.75 * median[0]
 
 
 def test_compliance_grows_as_the_mesh_is_refined(scene, unit):
@@ -38,7 +38,7 @@ def test_compliance_grows_as_the_mesh_is_refined(scene, unit):
     pressure = CaseArrays(np.arange(scene.n_pad)[None], np.ones((1, scene.n_pad)))
     load = scene.force_vectors(pressure)[:, 0]
     coarse, fine = (create("coarse-fem", scene, scale=scale).fit().evaluate(pressure)[0] @ load
-                    for scale in (0.25, 1.0))
+                    for scale in (1 / 3, 1.0))
     assert 0 < coarse < fine
 
 

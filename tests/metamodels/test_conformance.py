@@ -152,13 +152,13 @@ def test_amplitude_multiplies(row, model, arrays):
     close(model.evaluate(scaled), -2.5 * model.evaluate(arrays), row.rounding)
 
 
-@only(lambda row: SCENES[row.scene].max_forces > 1)
 def test_forces_add(row, scene, model):
     rng = np.random.default_rng(1)
-    node = np.stack([rng.permutation(scene.n_pad)[:5] for _ in range(3)])  # five: beyond the published three
+    node = np.stack([rng.permutation(scene.n_pad)[:5] for _ in range(3)])  # five: beyond what any scene draws
     force = rng.uniform(0.1, 1.0, node.shape)
-    alone = [model.evaluate(CaseArrays(node[:, [j]], force[:, [j]])) for j in range(5)]
-    close(model.evaluate(CaseArrays(node, force)), sum(alone), row.rounding)
+    point = (rng.uniform(1.0, 300.0, 3), rng.uniform(0.1, 0.5, 3)) if scene.harmonic else ()
+    alone = [model.evaluate(CaseArrays(node[:, [j]], force[:, [j]], *point)) for j in range(5)]
+    close(model.evaluate(CaseArrays(node, force, *point)), sum(alone), row.rounding)
 
 
 def test_room_for_further_forces_changes_nothing(row, model, arrays):

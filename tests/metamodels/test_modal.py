@@ -92,16 +92,6 @@ def test_single_precision_costs_its_rounding_only(harmonic, cases):
     assert relative_errors(single, double).max() <= 1e-5  # some 23 terms of 6e-8, some of which cancel
 
 
-def test_several_forces_add(harmonic):
-    rng = np.random.default_rng(2)
-    node = np.stack([rng.permutation(harmonic.n_pad)[:3] for _ in range(4)])
-    force, point = rng.uniform(0.01, 0.1, node.shape), (rng.uniform(1, 300, 4), rng.uniform(0.1, 0.5, 4))
-    for name in ("modal", "modal-static", "modal-krylov", "direct"):
-        model = create(name, harmonic).fit()
-        alone = sum(model.evaluate(CaseArrays(node[:, [j]], force[:, [j]], *point)) for j in range(3))
-        assert relative_errors(model.evaluate(CaseArrays(node, force, *point)), alone).max() <= 1e-9
-
-
 def test_other_tissue_gives_other_modes(small_tip):
     anatomy = small_tip.anatomy
     stiffer = dataclasses.replace(anatomy, dermis=dataclasses.replace(
