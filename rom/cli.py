@@ -11,6 +11,7 @@ import logging
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NoReturn
 
 from rom.errors import RomError
 
@@ -31,7 +32,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> None:  # one sentence, not the whole usage
+    def error(self, message: str) -> NoReturn:  # one sentence, not the whole usage
         self.exit(2, f"rom: {message}; `{self.prog} --help` lists what there is\n")
 
 

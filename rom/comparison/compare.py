@@ -147,8 +147,7 @@ def mesh_floor(scene: Scene, arrays: CaseArrays, values: np.ndarray) -> dict[str
 
 def natural_frequencies(scene: Scene) -> np.ndarray:
     """Natural frequencies within the scene's band [Hz]."""
-    model = metamodel_class("modal")(scene).fit()
-    return np.sqrt(model.eigenvalue) / (2.0 * np.pi)
+    return scene.full_order.natural_modes(below_hz=scene.band_hz).frequency_hz
 
 
 def _case_coordinates(tests: xr.Dataset, held_out: np.ndarray) -> dict[str, xr.Variable | np.ndarray]:
@@ -163,7 +162,7 @@ def _attributes(scene: Scene, curves: dict[str, Curve], truth: Truth, omitted: l
         "scene_needs": json.dumps(scene.needs), "scene_leaves_out": json.dumps(scene.leaves_out),
         "method_summaries": json.dumps({name: metamodel_class(name).summary for name in curves}),
         "not_applicable": json.dumps(NOT_APPLICABLE[scene.name]), "omitted": json.dumps(omitted),
-        "machine": machine(), "threads": threads_in_use(), "backend": scene.full_order.backend,
+        "machine": machine(), "threads": threads_in_use(), "backend": f"{scene.full_order.backend}, {'complex' if scene.harmonic else 'real'} symmetric, symbolic phase reused",
         "n_free": scene.n_free, "n_nodes": len(scene.fingertip.mesh.nodes), "n_pad": scene.n_pad,
         "n_train": json.dumps(counts["train"]), "n_test": json.dumps(counts["test"]),
         "residual_max": float(truth.index["residual"].max()), "scene_parameters": scene.to_json(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -117,8 +118,7 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
     single = [arrays.take(slice(i % n, i % n + 1)) for i in range(repeats)]
     labelled = [scene.cases_from(case) for case in single]
     names = [entry.label for entry in entries]
-    slow = {name: entry.method.startswith("direct") or entry.method == "coarse-fem"
-            for name, entry in zip(names, entries, strict=True)}
+    slow = {entry.model: entry.method in SHARE for entry in entries}
     many = arrays.take(np.arange(batch) % n)
     some = arrays.take(np.arange(min(SLOW_BATCH, batch)) % n)
     if scene.harmonic:
@@ -127,8 +127,7 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
     models = {entry.label: entry.model for entry in entries}
 
     def times(call: Callable, count: int, warm_up: int = 2) -> dict[str, np.ndarray]:
-        return interleaved({name: (lambda i, m=model: call(m, i)) for name, model in models.items()}, count, warm_up,
-                           progress)
+        return interleaved({name: partial(call, model) for name, model in models.items()}, count, warm_up, progress)
 
     # one case is answered on one thread: a second gains little there and stalls for milliseconds on a busy machine;
     # the direct solver keeps all its threads
@@ -137,9 +136,8 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
         output = times(lambda m, i: m.evaluate(single[i], "pad"), max(3, repeats // 2), 1)
         called = times(lambda m, i: m.predict(labelled[i]), max(3, repeats // 3), 1)
         floor, batch_floor = _floors(entries, scene)
-    batches = interleaved({name: (lambda _, m=models[name], b=some if slow[name] else many: m.evaluate(b, "field"))
-                           for name in names}, 3, 0, progress)
-    sizes = np.array([len(some) if slow[name] else len(many) for name in names])
+    batches = times(lambda m, _: m.evaluate(some if slow[m] else many, "field"), 3, 0)
+    sizes = np.array([len(some) if slow[entry.model] else len(many) for entry in entries])
 
     def median(found: dict[str, np.ndarray]) -> np.ndarray:
         return np.array([np.median(found[name]) for name in names])
@@ -201,7 +199,8 @@ def worst_fields(entries: list[Entry], scene: Scene, values: np.ndarray, arrays:
     mesh = scene.fingertip.mesh
     skin = mesh.skin_nodes
     headline = [i for i, entry in enumerate(entries) if entry.headline]
-    truth, answer = [], []
+    truth: list[np.ndarray] = []
+    answer: list[np.ndarray] = []
     rows = [int(np.nanargmax(error[i, 0])) for i in headline]
     for i, row in zip(headline, rows, strict=True):
         one = arrays.take(slice(row, row + 1))

@@ -31,8 +31,8 @@ CURVES: dict[str, dict[str, Curve]] = {
         "direct-reused": Curve(({},)),
         "coarse-fem": Curve(_each("scale", 0.5, 0.75)),
         "superposition": Curve(({}, SINGLE), headline=0),
-        "pod-galerkin": Curve(_each("rank", 30, 60, 120, 200, 239), headline=-1),
-        "pod-regression": Curve(_each("rank", 60, 120, 239)),
+        "pod-galerkin": Curve(_each("rank", 60, 120, 200, None), headline=-1),
+        "pod-regression": Curve(_each("rank", 60, None)),
         "transformer": Curve(({},)),
     },
     HarmonicPointForce.name: {
@@ -54,8 +54,8 @@ CURVES: dict[str, dict[str, Curve]] = {
 QUICK_CURVES: dict[str, dict[str, Curve]] = {
     StaticPointForces.name: {
         "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
-        "superposition": Curve(({},)), "pod-galerkin": Curve(_each("rank", 10, 25)),
-        "pod-regression": Curve(({"rank": 25},)), "transformer": Curve(({"width": 32, "steps": 300},)),
+        "superposition": Curve(({},)), "pod-galerkin": Curve(_each("rank", 10, None)),
+        "pod-regression": Curve(({"rank": None},)), "transformer": Curve(({"width": 32, "steps": 300},)),
     },
     HarmonicPointForce.name: {
         "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
@@ -90,4 +90,4 @@ def label(method: str, settings: dict[str, Any]) -> str:
 
 def setting_words(settings: dict[str, Any]) -> list[str]:
     """``name=value`` of each setting."""
-    return [f"{name}={value}" for name, value in settings.items()]
+    return [f"{name}={'all' if value is None else value}" for name, value in settings.items()]

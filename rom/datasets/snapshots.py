@@ -181,12 +181,12 @@ def _assemble(scene: Scene, cases: xr.Dataset, folder: Path, n_pieces: int) -> x
         values[index] = piece["displacement"].values
         residual[index], seconds[index] = piece["residual"].values, piece["seconds"].values
     data = scene.label(cases, values, "field")
-    data = data.assign(
-        residual=("case", residual, {"long_name": "relative residual ||Z u - f|| / ||f|| of the direct solve",
-                                     "units": "1"}),
-        solve_seconds=("case", seconds, {"long_name": "wall time of the direct solve, factorizations shared",
-                                         "units": "s"}),
-        **mesh_variables(scene))
+    data = data.assign({
+        "residual": ("case", residual, {
+            "long_name": "relative residual ||Z u - f|| / ||f|| of the direct solve", "units": "1"}),
+        "solve_seconds": ("case", seconds, {
+            "long_name": "wall time of the direct solve, factorizations shared", "units": "s"}),
+        **mesh_variables(scene)})
     data["displacement"].attrs.update(mesh="mesh", location="node")
     data.attrs = {**dataset_attributes(scene), **stamp()}
     check_scene(data, scene)

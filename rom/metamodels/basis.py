@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-PRECISIONS = {"float64": np.dtype(np.float64), "float32": np.dtype(np.float32)}
+PRECISIONS: dict[str, np.dtype] = {"float64": np.dtype(np.float64), "float32": np.dtype(np.float32)}
 BLOCK = 64
 """Cases combined at once: their planes of real and imaginary parts stay in the processor's cache."""
 

@@ -26,12 +26,12 @@ class CoarseFem(Metamodel):
     name: ClassVar[str] = "coarse-fem"
     summary: ClassVar[str] = "solves the same finite-element model on a coarser mesh and interpolates"
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
+    _model: SecondOrderModel
 
     def __init__(self, scene: Scene, scale: float = 0.6) -> None:
         if not 0.1 <= scale <= 4.0:
             raise ValueError(f"scale={scale:g} is out of range: give 0.1 (very coarse) to 4 (very fine)")
         super().__init__(scene, scale=scale)
-        self._model: SecondOrderModel | None = None
 
     @cached_property
     def other(self) -> Fingertip:
@@ -48,12 +48,8 @@ class CoarseFem(Metamodel):
         return full[self.scene.fingertip.free_dofs][:, self.other.free_dofs].tocsr()
 
     @property
-    def fitted(self) -> bool:
-        return self._model is not None
-
-    @property
     def model_bytes(self) -> int:
-        return factor_bytes(self._model, self.scene.harmonic) if self._model else 0
+        return factor_bytes(self._model, self.scene.harmonic)
 
     def _fit(self, train: xr.Dataset | None) -> None:
         harmonic = self.scene.harmonic

@@ -24,23 +24,19 @@ class Direct(Metamodel):
     summary: ClassVar[str] = "factorises and solves the full finite-element model for each case, symbolic phase reused"
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
     keeps_factor: ClassVar[bool] = False
+    _model: SecondOrderModel
 
     def __init__(self, scene: Scene, backend: str = "auto") -> None:
         super().__init__(scene, backend=backend)
-        self._model: SecondOrderModel | None = None
-
-    @property
-    def fitted(self) -> bool:
-        return self._model is not None
 
     @property
     def backend(self) -> str:
         """The solver that ran."""
-        return self._model.backend if self._model else self.settings["backend"]
+        return self._model.backend
 
     @property
     def model_bytes(self) -> int:
-        return factor_bytes(self._model, self.scene.harmonic) if self._model else 0
+        return factor_bytes(self._model, self.scene.harmonic)
 
     def _fit(self, train: xr.Dataset | None) -> None:
         scene = self.scene
@@ -54,13 +50,10 @@ class Direct(Metamodel):
     def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
         scene = self.scene
         rows = scene.pad_rows if outputs == "pad" else slice(None)
-        out = None
+        out = np.empty((len(cases), len(scene.pad_rows) if outputs == "pad" else scene.n_free), dtype=scene.dtype)
         groups = scene.groups(cases) if self.keeps_factor else np.arange(len(cases))[:, None]
         for group in groups:
-            answer = self._solve(cases.take(group))[rows]
-            if out is None:
-                out = np.empty((len(cases), len(answer)), dtype=answer.dtype)
-            out[group] = answer.T
+            out[group] = self._solve(cases.take(group))[rows].T
         return out
 
     def _solve(self, block: CaseArrays) -> np.ndarray:

@@ -95,9 +95,9 @@ def load_vectors(model: SecondOrderModel, modes: Modes, loads: np.ndarray, count
                 stiff -= image[i] * share
         keep(j + 1, block, stiff, BREAKDOWN * alpha[j])
     tridiagonal = np.zeros((n_load, count, count))
-    i = np.arange(count)
-    tridiagonal[:, i, i] = alpha.T
-    tridiagonal[:, i[1:], i[:-1]] = tridiagonal[:, i[:-1], i[1:]] = beta[1:count].T
+    row = np.arange(count)
+    tridiagonal[:, row, row] = alpha.T
+    tridiagonal[:, row[1:], row[:-1]] = tridiagonal[:, row[:-1], row[1:]] = beta[1:count].T
     theta, s = np.linalg.eigh(tridiagonal)
     vectors = np.einsum("lij,inl->ljn", s, krylov[:count], optimize=True)
     return LoadVectors(vectors, theta, beta[0][:, None] * s[:, 0, :], s[:, -1, :].copy(), beta[count])

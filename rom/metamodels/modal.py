@@ -42,16 +42,18 @@ class Modal(Metamodel):
     name: ClassVar[str] = "modal"
     summary: ClassVar[str] = "sums the natural modes within a band, nothing else"
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
+    eigenvalue: np.ndarray
+    """(m,) ndarray [rad^2/s^2]"""
+    participation: np.ndarray
+    """(n_load, m) ndarray: mode shape times unit load [N kg^-1/2]."""
+    next_eigenvalue_bound: float
+    """No mode below this is missing [rad^2/s^2]."""
+    _shapes: Basis
 
     def __init__(self, scene: Scene, modes: int | None = None, precision: str = "float64") -> None:
         if modes is not None and modes < 1:
             raise ValueError(f"modes={modes} is too few: keep at least one mode, or leave it out for the scene's band")
         super().__init__(scene, modes=modes, precision=check_precision(precision))
-        self._shapes: Basis | None = None
-
-    @property
-    def fitted(self) -> bool:
-        return self._shapes is not None
 
     @property
     def model_bytes(self) -> int:
@@ -61,7 +63,7 @@ class Modal(Metamodel):
     def online_bytes(self) -> int:
         return self._shapes.field.nbytes + 2 * self._shapes.field[0].nbytes
 
-    def _fit(self, train: xr.Dataset | None) -> None:
+    def _fit(self, train: xr.Dataset) -> None:
         count = self.settings["modes"]
         band = {"below_hz": self.scene.band_hz} if count is None else {"count": count}
         self._keep(self.scene.full_order.natural_modes(**band))
@@ -123,7 +125,7 @@ class ModalWithLoadVectors(Modal):
     def n_vectors(self) -> int:
         return self.settings["vectors"]
 
-    def _fit(self, train: xr.Dataset | None) -> None:
+    def _fit(self, train: xr.Dataset) -> None:
         count = self.settings["modes"]
         model = self.scene.full_order
         modes = model.natural_modes(**({"below_hz": self.scene.band_hz} if count is None else {"count": count}))

@@ -41,14 +41,16 @@ class PodSpace:
     singular_values: np.ndarray
     seconds: float
 
-    def truncated(self, rank: int) -> np.ndarray:
-        """(n, rank) ndarray: the first modes.
+    def truncated(self, rank: int | None) -> np.ndarray:
+        """(n, rank) ndarray: the first modes, or all.
 
         Raises
         ------
         ValueError
             Where the snapshots do not span that many dimensions.
         """
+        if rank is None:
+            return self.vectors
         if not 1 <= rank <= self.vectors.shape[1]:
             raise ValueError(f"rank {rank} is out of reach: these snapshots give {self.vectors.shape[1]} POD modes "
                              f"above rounding noise, of at most {MAX_RANK}; ask for less or make more cases")
@@ -84,16 +86,24 @@ def _worth_keeping(value: np.ndarray) -> np.ndarray:
 _SPACES: dict[int, tuple[weakref.ref, int, PodSpace]] = {}
 
 
-def pod_of(scene: Scene, train: xr.Dataset) -> PodSpace:
-    """POD of a training dataset's displacement, kept as long as the dataset lives: several ranks share one."""
+def pod_of(scene: Scene, train: xr.Dataset) -> tuple[PodSpace, float]:
+    """POD of a training dataset's displacement, kept as long as the dataset lives: several ranks share one.
+
+    Returns
+    -------
+    space : PodSpace
+    borrowed_seconds : float
+        What the decomposition took if an earlier call made it [s], else 0: whoever borrows it bills it too.
+    """
     values = scene.values(train)
     # a dataset may be changed in place; its memory is read in the order in which it lies
-    checksum = zlib.crc32(values.T if values.flags.f_contiguous else np.ascontiguousarray(values))
+    checksum = zlib.crc32((values.T if values.flags.f_contiguous else np.ascontiguousarray(values)).data)
     found = _SPACES.get(id(train))
-    if found is None or found[0]() is not train or found[1] != checksum:
-        key = id(train)
-        found = _SPACES[key] = weakref.ref(train, lambda _: _SPACES.pop(key, None)), checksum, pod(values)
-    return found[2]
+    if found is not None and found[0]() is train and found[1] == checksum:
+        return found[2], found[2].seconds
+    key, space = id(train), pod(values)
+    _SPACES[key] = weakref.ref(train, lambda _: _SPACES.pop(key, None)), checksum, space
+    return space, 0.0
 
 
 class PodGalerkin(Metamodel):
@@ -101,8 +111,8 @@ class PodGalerkin(Metamodel):
 
     Parameters
     ----------
-    rank : int
-        Number of POD modes.
+    rank : int, optional
+        Number of POD modes; default: all that the snapshots span.
     precision : {"float64", "float32"}
     """
 
@@ -110,16 +120,12 @@ class PodGalerkin(Metamodel):
     summary: ClassVar[str] = "projects the full model on the principal directions of its own snapshots"
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
     learns: ClassVar[bool] = True
+    _basis: Basis
 
-    def __init__(self, scene: Scene, rank: int = 300, precision: str = "float64") -> None:
-        if rank < 1:
+    def __init__(self, scene: Scene, rank: int | None = None, precision: str = "float64") -> None:
+        if rank is not None and rank < 1:
             raise ValueError(f"rank={rank} is too low: keep at least one POD mode")
         super().__init__(scene, rank=rank, precision=check_precision(precision))
-        self._basis: Basis | None = None
-
-    @property
-    def fitted(self) -> bool:
-        return self._basis is not None
 
     @property
     def model_bytes(self) -> int:
@@ -129,8 +135,9 @@ class PodGalerkin(Metamodel):
     def online_bytes(self) -> int:
         return self._basis.field.nbytes + (2 if self.scene.harmonic else 1) * self._basis.field[0].nbytes
 
-    def _fit(self, train: xr.Dataset | None) -> None:
-        vectors = pod_of(self.scene, train).truncated(self.settings["rank"])
+    def _fit(self, train: xr.Dataset) -> None:
+        space, self.borrowed_seconds = pod_of(self.scene, train)
+        vectors = space.truncated(self.settings["rank"])
         model = self.scene.full_order
         reduced_stiffness = vectors.T @ (model.stiffness @ vectors)
         if self.scene.harmonic:

@@ -28,8 +28,8 @@ class PodRegression(Metamodel):
 
     Parameters
     ----------
-    rank : int
-        Number of POD modes.
+    rank : int, optional
+        Number of POD modes; default: all that the snapshots span.
     width : float, optional
         Of the radial functions: over the pad's size in statics, over the scaled inputs in harmonics. Default: the best
         of :data:`WIDTHS` on a validation set carved from the training cases.
@@ -41,18 +41,14 @@ class PodRegression(Metamodel):
     summary: ClassVar[str] = "learns POD coefficients from snapshots by (kernel) ridge regression"
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
     learns: ClassVar[bool] = True
+    _basis: Basis
 
-    def __init__(self, scene: Scene, rank: int = 100, width: float | None = None, ridge: float | None = None,
+    def __init__(self, scene: Scene, rank: int | None = None, width: float | None = None, ridge: float | None = None,
                  precision: str = "float64") -> None:
-        if rank < 1 or (width is not None and width <= 0) or (ridge is not None and ridge < 0):
+        if (rank is not None and rank < 1) or (width is not None and width <= 0) or (ridge is not None and ridge < 0):
             raise ValueError(f"rank={rank}, width={width}, ridge={ridge} cannot be: give a rank of one or more, a "
                              "positive width, a ridge of zero or more")
         super().__init__(scene, rank=rank, width=width, ridge=ridge, precision=check_precision(precision))
-        self._basis: Basis | None = None
-
-    @property
-    def fitted(self) -> bool:
-        return self._basis is not None
 
     @property
     def model_bytes(self) -> int:
@@ -92,8 +88,9 @@ class PodRegression(Metamodel):
 
     # ---- the metamodel --------------------------------------------------------------------------------------
 
-    def _fit(self, train: xr.Dataset | None) -> None:
-        vectors = pod_of(self.scene, train).truncated(self.settings["rank"])
+    def _fit(self, train: xr.Dataset) -> None:
+        space, self.borrowed_seconds = pod_of(self.scene, train)
+        vectors = space.truncated(self.settings["rank"])
         arrays = self.scene.case_arrays(train)
         if self.scene.harmonic and arrays.force.shape[1] > 1:
             raise ValueError(f"{self.name} learns harmonic cases of one force each: split those with several")

@@ -18,14 +18,10 @@ class Superposition(Metamodel):
     name: ClassVar[str] = "superposition"
     summary: ClassVar[str] = "adds up stored unit-load responses, exact because statics are linear"
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name,)
+    _basis: Basis
 
     def __init__(self, scene: Scene, precision: str = "float64") -> None:
         super().__init__(scene, precision=check_precision(precision))
-        self._basis: Basis | None = None
-
-    @property
-    def fitted(self) -> bool:
-        return self._basis is not None
 
     @property
     def model_bytes(self) -> int:
@@ -36,7 +32,7 @@ class Superposition(Metamodel):
         row = self._basis.field[0].nbytes
         return (self.scene.max_forces + 1) * row
 
-    def _fit(self, train: xr.Dataset | None) -> None:
+    def _fit(self, train: xr.Dataset) -> None:
         responses = self.scene.full_order.solve_static(self.scene.pad_loads)
         self._basis = Basis(responses.T, self.scene.pad_rows, self.settings["precision"])
 

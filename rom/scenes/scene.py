@@ -41,20 +41,20 @@ class CaseArrays:
 
     node: np.ndarray
     force: np.ndarray
-    frequency: np.ndarray | None = None
-    loss_factor: np.ndarray | None = None
+    frequency: np.ndarray = None  # type: ignore[assignment]  # static scenes have none and never read it
+    loss_factor: np.ndarray = None  # type: ignore[assignment]
 
     def __len__(self) -> int:
         """Number of cases."""
         return len(self.node)
 
-    def __iter__(self) -> Iterator[np.ndarray | None]:
+    def __iter__(self) -> Iterator[np.ndarray]:
         """The four fields, in order."""
         return iter((self.node, self.force, self.frequency, self.loss_factor))
 
     def take(self, index) -> CaseArrays:
         """The cases at ``index`` (slice, mask or integers)."""
-        return CaseArrays(*(None if a is None else a[index] for a in self))
+        return CaseArrays(*(a if a is None else a[index] for a in self))
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ class Scene(ABC):
         """Labelled cases from plain arrays: the inverse of :meth:`case_arrays`."""
         pad = self.fingertip.mesh.pad_nodes
         node = np.where(arrays.force == 0.0, NO_FORCE, pad[arrays.node]).astype(np.int32)
-        data = {
+        data: dict[str, Any] = {
             "load_node": (("case", "force"), node, {
                 "long_name": "mesh node that carries the normal force", "units": "1", "missing_force": NO_FORCE}),
             "force_amplitude": (("case", "force"), arrays.force, {
@@ -236,11 +236,11 @@ class Scene(ABC):
         answer = cases.drop_dims(["node", "component"], errors="ignore").drop_vars(TRUTH_VARIABLES, errors="ignore")
         answer["displacement"] = (("case", "node", "component"), full.reshape(len(values), len(node), 3), {
             "long_name": "displacement amplitude" if self.harmonic else "displacement", "units": "m"})
-        return answer.assign_coords(
-            node=("node", node, {"long_name": "mesh node", "units": "1"}),
-            component=("component", ["x", "y", "z"], {"long_name": "component of the displacement"}),
+        return answer.assign_coords({
+            "node": ("node", node, {"long_name": "mesh node", "units": "1"}),
+            "component": ("component", ["x", "y", "z"], {"long_name": "component of the displacement"}),
             **{f"node_{axis}": ("node", mesh.nodes[node, i], {
-                "long_name": text, "units": "m"}) for i, (axis, text) in enumerate(AXES.items())})
+                "long_name": text, "units": "m"}) for i, (axis, text) in enumerate(AXES.items())}})
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""

@@ -63,10 +63,10 @@ class Mlp(Network):
         point = np.column_stack([2 * cases.frequency / self.scene.band_hz - 1, 4 * cases.loss_factor - 1])
         return as_tensor(np.concatenate([self._place[cases.node.ravel()], np.repeat(point, n_force, axis=0)], axis=1))
 
-    def _fit(self, train: xr.Dataset | None) -> None:
+    def _fit(self, train: xr.Dataset) -> None:
         from rom.metamodels.networks.training import reproducible
 
-        space = pod_of(self.scene, train)
+        space, self.borrowed_seconds = pod_of(self.scene, train)
         vectors = space.truncated(self.settings["rank"] or min(DEFAULT_RANK, space.vectors.shape[1]))
         arrays, values = self._begin(train)
         self._place = self._places()
@@ -180,7 +180,7 @@ class MlpResidual(Network):
         """(n_case, m) ndarray: what each mode adds to its static share, from (n_case, m) modal forces."""
         return load * (s / (self.eigenvalue * (self.eigenvalue - s)))
 
-    def _fit(self, train: xr.Dataset | None) -> None:
+    def _fit(self, train: xr.Dataset) -> None:
         from rom.metamodels.networks.training import reproducible
 
         model, pad_rows, precision = self.scene.full_order, self.scene.pad_rows, self.settings["precision"]

@@ -66,10 +66,6 @@ class Network(Metamodel):
         self._basis: Basis
 
     @property
-    def fitted(self) -> bool:
-        return self._module is not None
-
-    @property
     def _module_bytes(self) -> int:
         return sum(tensor.nbytes for tensor in self._module.state_dict().values()) if self._module else 0
 
@@ -126,6 +122,7 @@ class Network(Metamodel):
         model = cls._from_attributes(attributes, path, scene)
         try:
             model._restore(_dataset(arrays))
+            model.fitted = True
         except (KeyError, RuntimeError, ValueError) as error:  # torch reports wrong shapes and names as RuntimeError
             raise SchemaError(f"{path} lacks weights that {cls.name} needs, or holds others ({error}): "
                               "fit the network again") from error

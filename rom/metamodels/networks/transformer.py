@@ -57,10 +57,10 @@ class Transformer(Network):
         if width % (2 * heads):
             raise ValueError(f"width={width} does not fit heads={heads}: give a multiple of {2 * heads}")
 
-    def _fit(self, train: xr.Dataset | None) -> None:
+    def _fit(self, train: xr.Dataset) -> None:
         from rom.metamodels.networks.training import reproducible
 
-        space = pod_of(self.scene, train)
+        space, self.borrowed_seconds = pod_of(self.scene, train)
         vectors = space.truncated(self.settings["rank"] or space.vectors.shape[1])
         arrays, values = self._begin(train)
         coefficients, size = values @ vectors, np.linalg.norm(values, axis=1)
