@@ -156,13 +156,14 @@ def _case_coordinates(tests: xr.Dataset, held_out: np.ndarray) -> dict[str, xr.V
 
 
 def _attributes(scene: Scene, curves: dict[str, Curve], truth: Truth, omitted: list[str]) -> dict:
+    kind = "complex" if scene.harmonic else "real"
     counts = {part: {split: len(select(truth.index, split, part)) for split in SPLITS} for part in ("train", "test")}
     return {
         "scene": scene.name, "title": scene.title, "question": scene.question, "gate": scene.gate,
         "scene_needs": json.dumps(scene.needs), "scene_leaves_out": json.dumps(scene.leaves_out),
         "method_summaries": json.dumps({name: metamodel_class(name).summary for name in curves}),
         "not_applicable": json.dumps(NOT_APPLICABLE[scene.name]), "omitted": json.dumps(omitted),
-        "machine": machine(), "threads": threads_in_use(), "backend": f"{scene.full_order.backend}, {'complex' if scene.harmonic else 'real'} symmetric, symbolic phase reused",
+        "machine": machine(), "threads": threads_in_use(), "backend": f"{scene.full_order.backend}, {kind} symmetric, symbolic phase reused",
         "n_free": scene.n_free, "n_nodes": len(scene.fingertip.mesh.nodes), "n_pad": scene.n_pad,
         "n_train": json.dumps(counts["train"]), "n_test": json.dumps(counts["test"]),
         "residual_max": float(truth.index["residual"].max()), "scene_parameters": scene.to_json(),
