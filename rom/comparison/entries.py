@@ -57,10 +57,12 @@ class Truth:
     path : Path
     key : str
         Identifies its content in cache recipes.
+    seed : int
+        What it was drawn from; networks start from the same.
     """
 
-    def __init__(self, path: Path, key: str) -> None:
-        self.path, self.key = path, key
+    def __init__(self, path: Path, key: str, seed: int) -> None:
+        self.path, self.key, self.seed = path, key, seed
         self.index = read_dataset_index(path)
         self._training: dict[str, xr.Dataset] = {}
 
@@ -135,6 +137,8 @@ def _models(scene: Scene, method: str, settings: dict[str, Any], truth: Truth
 def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str | None
                  ) -> tuple[Metamodel, str]:
     network = METHODS[method][0].startswith("networks.")
+    if network:
+        settings = {**settings, "seed": truth.seed}
     recipe = {"method": method, "settings": settings, "scene": scene.to_json(), "content": scene.content_hash,
               "data": [truth.key, split] if split else None, "versions": versions(),
               "source": source_digest("fullorder", "fingertip", "scenes", "datasets",
