@@ -133,7 +133,7 @@ def _compare(arguments: argparse.Namespace) -> None:
 
 def _report(arguments: argparse.Namespace) -> None:
     from rom.comparison import compare, write_results
-    from rom.reporting import conclusions, write_index, write_report
+    from rom.reporting import conclusions, verdict, write_index, write_report
     from rom.scenes import SCENES
 
     arguments.output.mkdir(parents=True, exist_ok=True)
@@ -143,9 +143,8 @@ def _report(arguments: argparse.Namespace) -> None:
         results = compare(name, quick=arguments.quick, seed=arguments.seed, progress=bar)
         write_results(results, folder)
         page = write_report(results, folder)
-        sentences = conclusions(results)
-        print(f"\n{results.attrs['title']}", *sentences, page, sep="\n")
-        pages.append((results.attrs["title"], page.relative_to(arguments.output).as_posix(), sentences[0]))
+        print(f"\n{results.attrs['title']}", *conclusions(results), page, sep="\n")
+        pages.append((results.attrs["title"], page.relative_to(arguments.output).as_posix(), verdict(results)))
     print(f"\n{write_index(arguments.output, pages)}")
 
 
