@@ -173,6 +173,9 @@ def test_another_tissue_is_never_answered_from_the_cache(name, tiny_tip, results
     # right for the new tissue, so the truth was made again too, and nothing of the old one was mixed in
     mine = again["method"].values == "direct"
     assert float(again["error_max"].sel(split="published")[mine].max()) <= 1e-9
+    made.clear()  # and both stand in the cache beside one another
+    run(name, tiny_tip, [method])
+    assert set(made) <= {"modal"}
 
 
 def test_another_seed_is_another_truth(tiny_tip, results, name):
