@@ -105,6 +105,8 @@ def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: 
     for method, settings, headline in progress(list(_rows(curves))):
         try:
             models, keys = _models(scene, method, settings, truth)
+        except SchemaError:  # a damaged truth is no reason to leave a method out
+            raise
         except ValueError as error:  # a rank that few quick cases do not span, say
             log.warning("%s is left out: %s", label(method, settings), error)
             omitted.append(f"{label(method, settings)}: {error}")
@@ -158,4 +160,5 @@ def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Tru
     return model, path.stem
 
 
-SOURCES = ("metamodel", "basis", "direct", "superposition", "lanczos", "modal", "pod", "coarse_fem", "regression")
+SOURCES = ("metamodel", "basis", "direct", "superposition", "lanczos", "certificate", "modal", "pod", "coarse_fem",
+           "regression")

@@ -9,15 +9,15 @@ from __future__ import annotations
 import json
 import shutil
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from rom.datasets.schema import check_scene, dataset_attributes, mesh_variables
+from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.splits import split_variables
-from rom.datasets.storage import read_netcdf, remove_leftovers, write_dataset, write_netcdf
+from rom.datasets.storage import open_netcdf, read_netcdf, remove_leftovers, write_in_blocks, write_netcdf
 from rom.errors import SchemaError, SolverError
 from rom.provenance import source_digest, stamp
 from rom.scenes import CaseArrays, Scene
@@ -113,6 +113,8 @@ def make_dataset(scene: Scene, count: int, path: str | Path, *, beyond: int = 0,
     ------
     SchemaError
         Where pieces of another recipe lie at the same place.
+    FileExistsError
+        Where the file exists and was made from another recipe, or is no dataset: nothing is overwritten.
     OSError
         Where the disk is full; finished pieces stay and the next run goes on from them.
     """
@@ -123,14 +125,28 @@ def make_dataset(scene: Scene, count: int, path: str | Path, *, beyond: int = 0,
     folder = path.with_name(path.name + ".pieces")
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")
+    if path.exists():
+        if _recipe_of(path) == recipe:
+            return path
+        raise FileExistsError(f"{path} exists and was not made from this recipe (scene, cases, seed or software "
+                              "differ): delete it or name another file")
     _claim(folder, recipe)
     remove_leftovers(path)
     pieces = _pieces(scene, arrays)
     for k in progress(range(len(pieces))):
         _make_piece(scene, arrays.take(pieces[k]), pieces[k], folder / f"{k:05d}.nc")
-    write_dataset(_assemble(scene, cases, folder, len(pieces)), path, compress)
+    _assemble(scene, cases, folder, len(pieces), path, compress, recipe)
     shutil.rmtree(folder)
     return path
+
+
+def _recipe_of(path: Path) -> dict | None:
+    """The recipe that a dataset was made from; None where the file is none."""
+    try:
+        with open_netcdf(path) as data:
+            return json.loads(data.attrs.get("recipe", "null"))
+    except (SchemaError, json.JSONDecodeError):
+        return None
 
 
 def _claim(folder: Path, recipe: dict) -> None:
@@ -171,23 +187,32 @@ def _make_piece(scene: Scene, arrays: CaseArrays, index: np.ndarray, path: Path)
                             coords={"case": index}), path)
 
 
-def _assemble(scene: Scene, cases: xr.Dataset, folder: Path, n_pieces: int) -> xr.Dataset:
-    n_case = cases.sizes["case"]
-    values = np.empty((n_case, scene.n_free), dtype=scene.dtype)
+def _assemble(scene: Scene, cases: xr.Dataset, folder: Path, n_pieces: int, path: Path, compress: bool,
+              recipe: dict) -> None:
+    """Write the dataset from its pieces, one after another: memory holds one piece, whatever the size of the whole."""
+    n_case, n_node = cases.sizes["case"], len(scene.fingertip.mesh.nodes)
+    files = [folder / f"{k:05d}.nc" for k in range(n_pieces)]
     residual, seconds = np.empty(n_case), np.empty(n_case)
-    for k in range(n_pieces):
-        piece = read_netcdf(folder / f"{k:05d}.nc")
-        index = piece["case"].values
-        values[index] = piece["displacement"].values
-        residual[index], seconds[index] = piece["residual"].values, piece["seconds"].values
-    data = scene.label(cases, values, "field")
-    data = data.assign({
+    for file in files:
+        with open_netcdf(file) as piece:
+            index = piece["case"].values
+            residual[index], seconds[index] = piece["residual"].values, piece["seconds"].values
+    frame = cases.assign_coords(scene.field_coordinates(np.arange(n_node))).assign({
         "residual": ("case", residual, {
             "long_name": "relative residual ||Z u - f|| / ||f|| of the direct solve", "units": "1"}),
         "solve_seconds": ("case", seconds, {
             "long_name": "wall time of the direct solve, factorizations shared", "units": "s"}),
         **mesh_variables(scene)})
-    data["displacement"].attrs.update(mesh="mesh", location="node")
-    data.attrs = {**dataset_attributes(scene), **stamp()}
-    check_scene(data, scene)
-    return data
+    frame.attrs = {**dataset_attributes(scene), **stamp(), "recipe": json.dumps(recipe)}
+
+    def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        for file in files:
+            piece = read_netcdf(file)
+            field = np.zeros((piece.sizes["case"], 3 * n_node), dtype=scene.dtype)
+            field[:, scene.fingertip.free_dofs] = piece["displacement"].values
+            yield piece["case"].values, field.reshape(-1, n_node, 3)
+
+    attributes = {"long_name": scene.displacement_name, "units": "m", "mesh": "mesh", "location": "node",
+                  "coordinates": "node_x node_y node_z"}
+    write_in_blocks(frame, path, "displacement", ("case", "node", "component"), scene.dtype, attributes, blocks(),
+                    compress)

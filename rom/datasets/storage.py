@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import netCDF4
+import numpy as np
 import xarray as xr
 
-from rom.datasets.schema import check_schema, decode_complex, encode_complex
+from rom.datasets.schema import PARTS, check_schema, decode_complex, encode_complex, to_parts
 from rom.errors import SchemaError
 
 
@@ -64,6 +66,44 @@ def write_netcdf(data: xr.Dataset, path: str | Path, compress: bool = False) -> 
     with whole_file(path) as temporary:
         try:
             encoded.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        except RuntimeError as error:  # how netCDF4 words a failed write
+            raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
+
+
+def write_in_blocks(frame: xr.Dataset, path: str | Path, name: str, dims: tuple[str, ...], dtype: np.dtype,
+                    attributes: dict[str, str], blocks: Iterable[tuple[np.ndarray, np.ndarray]],
+                    compress: bool = False) -> None:
+    """Write a dataset atomically whose variable ``name`` is too big for memory and comes block by block.
+
+    Parameters
+    ----------
+    frame : xr.Dataset
+        Everything else.
+    dims : tuple of str
+        Of the variable, the blocks' first; a complex one gets ``part`` on disk.
+    blocks : iterable of (index, values)
+        Positions (k,) along the first dimension, and (k, ...) values.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written.
+    """
+    parts = np.issubdtype(dtype, np.complexfloating)
+    if parts:
+        dims = (*dims, "part")
+        frame = frame.assign_coords(part=("part", PARTS, {"long_name": "part of a complex number"}))
+    with whole_file(path) as temporary:
+        try:
+            frame.to_netcdf(temporary, engine="netcdf4")
+            with netCDF4.Dataset(temporary, "a") as file:
+                chunks = [1, *(file.dimensions[dim].size for dim in dims[1:])]
+                variable = file.createVariable(name, "f8", dims, zlib=compress, chunksizes=chunks)
+                variable.setncatts(attributes)
+                for index, values in blocks:
+                    values = to_parts(values) if parts else values
+                    for run in np.split(np.arange(len(index)), np.flatnonzero(np.diff(index) != 1) + 1):
+                        variable[int(index[run[0]]):int(index[run[-1]]) + 1] = values[run[0]:run[-1] + 1]
         except RuntimeError as error:  # how netCDF4 words a failed write
             raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
 

@@ -21,11 +21,16 @@ import xarray as xr
 
 from rom.fullorder import Modes
 from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes
+from rom.metamodels.certificate import (
+    UNIT_ROUNDOFF,
+    amplification_beyond,
+    amplification_of,
+    mode_defect,
+    rounding_size,
+)
 from rom.metamodels.lanczos import load_vectors
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, HarmonicPointForce, Scene
-
-UNIT_ROUNDOFF = {"float64": 2.0 ** -53, "float32": 2.0 ** -24}
 
 
 class Modal(Metamodel):
@@ -112,6 +117,8 @@ class ModalWithLoadVectors(Modal):
     """(m,) ndarray: :func:`rounding_size` of each stored mode, for the share of rounding in the bound."""
     own_size: np.ndarray
     """(n_load, p) ndarray: the same of each load's own vectors."""
+    defect: np.ndarray
+    """(m,) ndarray: :func:`mode_defect` of each mode."""
 
     @property
     def model_bytes(self) -> int:
@@ -133,6 +140,7 @@ class ModalWithLoadVectors(Modal):
         found = load_vectors(model, modes, self.scene.pad_loads, self.n_vectors)
         self.theta, self.first, self.last, self.beta = found.theta, found.first, found.last, found.beta
         self._own = Basis(found.vectors, self.scene.pad_rows, self.settings["precision"])
+        self.defect = mode_defect(model, modes)
         self.shape_size = rounding_size(model.stiffness, self._shapes.field)
         self.own_size = rounding_size(model.stiffness, self._own.field)
 
@@ -191,14 +199,12 @@ class ModalWithLoadVectors(Modal):
         Returns
         -------
         (n_case,) ndarray [J^1/2]
-            ``sqrt(e^H K e) <= bound``, truncation and rounding of the stored fields included.
+            ``sqrt(e^H K e) <= bound``: truncation, rounding of the stored fields, defects of the computed modes.
         """
         stiffness, inertia = _point(cases)
-        # the factor falls with lambda beyond omega^2 and peaks there: its maximum over lambda >= the Sturm bound
-        ratio = np.minimum(inertia[:, 0] / self.next_eigenvalue_bound, 1.0)
-        amplification = 1.0 / np.abs(stiffness[:, 0] - ratio)
-        residual = np.zeros(len(cases))
-        size = np.abs(self.coordinates(cases)) @ self.shape_size
+        beyond = amplification_beyond(self.next_eigenvalue_bound, stiffness[:, 0], inertia[:, 0])
+        modal = np.abs(self.coordinates(cases))
+        residual, size = np.zeros(len(cases)), modal @ self.shape_size
         for j in range(cases.node.shape[1]):
             node, force = cases.node[:, j], cases.force[:, j]
             y = self._own_coordinates(node, force, stiffness, inertia)
@@ -206,7 +212,9 @@ class ModalWithLoadVectors(Modal):
             size += np.einsum("cp,cp->c", np.abs(y), self.own_size[node])
         terms = len(self.eigenvalue) + self.n_vectors * cases.node.shape[1] + 2
         roundoff = terms * UNIT_ROUNDOFF[self.settings["precision"]] * size
-        return amplification * residual + roundoff
+        # a defect is orthogonal to no mode, so a resonance of the kept ones amplifies it too
+        anywhere = np.maximum(beyond, amplification_of(self.eigenvalue, stiffness[:, 0], inertia[:, 0]))
+        return beyond * residual + anywhere * np.abs(stiffness[:, 0]) * (modal @ self.defect) + roundoff
 
     def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
         """(n_case,) ndarray: ||r||_(K^-1) of one force's answer [J^1/2]."""
@@ -240,6 +248,7 @@ class ModalWithLoadVectors(Modal):
         data["own_first"] = (("load", "vector"), self.first, {"long_name": "share of the load", "units": "J0.5 N-1"})
         data["own_last"] = (("load", "vector"), self.last, {"long_name": "share of the residual", "units": "1"})
         data["own_beta"] = ("load", self.beta, {"long_name": "norm of the next vector", "units": "s2"})
+        data["mode_defect"] = ("mode", self.defect, {"long_name": "defect", "units": "J0.5 kg-0.5 m-1"})
         data["mode_size"] = ("mode", self.shape_size, {"long_name": "rounding size", "units": "J0.5 kg-0.5 m-1"})
         data["own_size"] = (("load", "vector"), self.own_size, {"long_name": "rounding size", "units": "1"})
         return data
@@ -249,6 +258,7 @@ class ModalWithLoadVectors(Modal):
         self._own = Basis(data["own_vector"].values, self.scene.pad_rows, self.settings["precision"])
         self.theta, self.first = data["own_theta"].values, data["own_first"].values
         self.last, self.beta = data["own_last"].values, data["own_beta"].values
+        self.defect = data["mode_defect"].values
         self.shape_size, self.own_size = data["mode_size"].values, data["own_size"].values
 
 
@@ -284,25 +294,6 @@ class ModalKrylov(ModalWithLoadVectors):
 
     def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
         return inertia[:, 0] * self.beta[node] * np.abs(np.einsum("cp,cp->c", self.last[node], y))
-
-
-def rounding_size(stiffness, fields: np.ndarray) -> np.ndarray:
-    """Weighted 2-norm that turns a relative error of each entry into a bound of the energy norm.
-
-    Where ``|e_i| <= c |v_i|``, ``e^H K e <= c^2 sum_i d_i v_i^2`` with ``d_i = sum_j |K_ij|`` (from
-    ``2 |K_ij e_i e_j| <= |K_ij| (e_i^2 + e_j^2)``).
-
-    Parameters
-    ----------
-    stiffness : (n, n) sparse array [N/m]
-    fields : (..., n) ndarray [m]
-
-    Returns
-    -------
-    (...,) ndarray [J^1/2]
-    """
-    weight = np.asarray(abs(stiffness).sum(axis=1)).ravel()
-    return np.sqrt(np.einsum("...n,...n,n->...", fields, fields, weight, optimize=True))
 
 
 def _point(cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:

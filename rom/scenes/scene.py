@@ -235,12 +235,22 @@ class Scene(ABC):
         # a stored dataset may come in as cases: its truth, and nodes that are not asked for, stay behind
         answer = cases.drop_dims(["node", "component"], errors="ignore").drop_vars(TRUTH_VARIABLES, errors="ignore")
         answer["displacement"] = (("case", "node", "component"), full.reshape(len(values), len(node), 3), {
-            "long_name": "displacement amplitude" if self.harmonic else "displacement", "units": "m"})
-        return answer.assign_coords({
+            "long_name": self.displacement_name, "units": "m"})
+        return answer.assign_coords(self.field_coordinates(node))
+
+    @property
+    def displacement_name(self) -> str:
+        """What the displacement is in words."""
+        return "displacement amplitude" if self.harmonic else "displacement"
+
+    def field_coordinates(self, node: np.ndarray) -> dict[str, tuple]:
+        """Coordinates of a field at the mesh nodes ``node``: ids, components, positions [m]."""
+        mesh = self.fingertip.mesh
+        return {
             "node": ("node", node, {"long_name": "mesh node", "units": "1"}),
             "component": ("component", ["x", "y", "z"], {"long_name": "component of the displacement"}),
-            **{f"node_{axis}": ("node", mesh.nodes[node, i], {
-                "long_name": text, "units": "m"}) for i, (axis, text) in enumerate(AXES.items())}})
+            **{f"node_{axis}": ("node", mesh.nodes[node, i], {"long_name": text, "units": "m"})
+               for i, (axis, text) in enumerate(AXES.items())}}
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""

@@ -129,7 +129,7 @@ def test_a_living_process_keeps_its_partial_file(tmp_path):
 @pytest.mark.parametrize("change", [{"seed": 7}, {"cases": 49}, {"beyond": 8}])
 def test_pieces_of_another_recipe_are_refused(tiny_harmonic, tmp_path, monkeypatch, change):
     path = tmp_path / "set.nc"
-    monkeypatch.setattr(snapshots, "write_dataset", _full)
+    monkeypatch.setattr(snapshots, "write_in_blocks", _full)
     with pytest.raises(OSError):
         make_dataset(tiny_harmonic, CASES, path, seed=SEED)
     before = times(tmp_path / "set.nc.pieces")
@@ -185,7 +185,7 @@ def test_a_file_that_cannot_grow_is_one_sentence(tmp_path, subprocess_environmen
 def test_a_damaged_piece_is_refused_by_name(tiny_harmonic, tmp_path, monkeypatch):
     path = tmp_path / "set.nc"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(snapshots, "write_dataset", _full)
+        patch.setattr(snapshots, "write_in_blocks", _full)
         with pytest.raises(OSError):
             make_dataset(tiny_harmonic, CASES, path, seed=SEED)
     piece = tmp_path / "set.nc.pieces" / "00002.nc"
@@ -204,7 +204,7 @@ def test_a_folder_is_no_file(tiny_harmonic, tmp_path):
 
 
 def test_recipes_name_everything(tiny_harmonic, tmp_path, monkeypatch):
-    monkeypatch.setattr(snapshots, "write_dataset", _full)
+    monkeypatch.setattr(snapshots, "write_in_blocks", _full)
     with pytest.raises(OSError):
         make_dataset(tiny_harmonic, 5, tmp_path / "set.nc", seed=2)
     recipe = json.loads((tmp_path / "set.nc.pieces" / "recipe.json").read_text())
@@ -216,3 +216,24 @@ def test_single_cases_are_a_dataset_too(tiny_harmonic, tmp_path):
     data = read_dataset(make_dataset(tiny_harmonic, 1, tmp_path / "one.nc"))
     arrays = tiny_harmonic.case_arrays(data)
     assert isinstance(arrays, CaseArrays) and len(arrays) == 1
+
+
+def test_a_finished_dataset_is_not_made_again(tiny_harmonic, tmp_path, monkeypatch):
+    path = make_dataset(tiny_harmonic, 5, tmp_path / "set.nc", seed=2)
+    before = path.stat().st_mtime_ns
+    monkeypatch.setattr(snapshots, "solve_cases", None)  # a call would fail
+    assert make_dataset(tiny_harmonic, 5, path, seed=2) == path
+    assert path.stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize("content", [None, b"someone's notes"])
+def test_no_file_of_another_kind_is_overwritten(tiny_harmonic, tmp_path, content):
+    path = tmp_path / "set.nc"
+    if content is None:
+        make_dataset(tiny_harmonic, 5, path, seed=1)
+    else:
+        path.write_bytes(content)
+    before = path.read_bytes()
+    with pytest.raises(FileExistsError, match="was not made from this recipe"):
+        make_dataset(tiny_harmonic, 5, path, seed=2)
+    assert path.read_bytes() == before
