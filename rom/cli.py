@@ -118,7 +118,7 @@ def _dataset(arguments: argparse.Namespace) -> None:
 
 def _compare(arguments: argparse.Namespace) -> None:
     from rom.comparison import compare, write_results
-    from rom.comparison.compare import chosen_curves
+    from rom.comparison.side_by_side import chosen_curves
     from rom.reporting import conclusions, write_report
 
     methods = arguments.methods.split(",") if arguments.methods else None

@@ -26,7 +26,7 @@ STATIC, HARMONIC = "static-point-forces", "harmonic-point-force"
 def _small_meshes(monkeypatch):
     """The commands run as they are, on a small mesh."""
     monkeypatch.setitem(PRESETS, "metamodel", SMALL)
-    monkeypatch.setattr(importlib.import_module("rom.comparison.compare"), "QUICK_DENSITY", SMALL)
+    monkeypatch.setattr(importlib.import_module("rom.comparison.side_by_side"), "QUICK_DENSITY", SMALL)
 
 
 def call(*words):
@@ -135,7 +135,7 @@ def test_a_damaged_piece(capsys, finished_pieces, content):
 @pytest.mark.parametrize("damage", ["truncated", "older schema", "nan"])
 def test_a_damaged_dataset_under_a_comparison(capsys, tmp_path, monkeypatch, damage):
     monkeypatch.setenv("ROM_CACHE", str(tmp_path / "cache"))
-    module = importlib.import_module("rom.comparison.compare")
+    module = importlib.import_module("rom.comparison.side_by_side")
     words = ["compare", STATIC, "--quick", "--cases", "30", "--methods", "pod-regression", "--output", tmp_path / "out"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "fit_entries", lambda *_: (_ for _ in ()).throw(ValueError("enough for now")))

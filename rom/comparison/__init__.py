@@ -1,5 +1,5 @@
 """Comparison: every metamodel on the same held-out cases."""
 
-from rom.comparison.compare import compare, write_results
+from rom.comparison.side_by_side import compare, write_results
 
 __all__ = ["compare", "write_results"]

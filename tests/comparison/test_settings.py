@@ -2,8 +2,8 @@
 
 import pytest
 
-from rom.comparison.compare import chosen_curves, compare
 from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, label
+from rom.comparison.side_by_side import chosen_curves, compare
 from rom.metamodels import METHODS, applicable, create
 from rom.scenes import SCENES, get_scene
 

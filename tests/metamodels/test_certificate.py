@@ -7,9 +7,9 @@ from rom.comparison.errors import energy_errors
 from rom.metamodels import create
 from rom.scenes import CaseArrays
 
-ROUNDING = 1e-9
-"""Relative energy error that eigenpairs and direct reference carry themselves (measured: 1e-13 to 2e-11, most at a
-resonance with loss factor 0.05); the bound speaks of truncation and of the stored fields' rounding."""
+ROUNDING = 1e-10
+"""Relative energy error that the direct reference carries itself (measured: 1e-13 to 2e-11, most at a resonance with
+loss factor 0.05)."""
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +43,8 @@ def test_the_bound_holds(harmonic, cases, truth, size, name, settings, precision
     made = energy_errors(model.evaluate(cases), truth, harmonic.full_order.stiffness)
     bound = model.error_bound(cases)
     assert (made <= bound + ROUNDING * size).all()
-    # effectivity: prototypes measured 1.001 to 1.6, median 1.1, inside the band; where single precision decides, the
-    # bound adds all roundings up, which never happens, and is hundreds of times too careful
+    # the theorem loses only the spread of the amplification over the left-out modes: 1.0 to 1.6 inside the band; where
+    # single precision decides, the bound adds all roundings up, which never happens, and is hundreds of times too careful
     relative = made / size
     tight = relative > (1e-7 if precision == "float64" else 1e-3)
     inside = tight & (cases.frequency < 300)

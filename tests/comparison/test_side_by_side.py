@@ -1,7 +1,6 @@
 """A whole comparison on a tiny mesh: what results.nc promises, and a cache that is never stale."""
 
 import dataclasses
-import importlib
 import json
 
 import numpy as np
@@ -9,13 +8,13 @@ import pytest
 import xarray as xr
 
 from rom.comparison import compare, write_results
+from rom.comparison import side_by_side as module
 from rom.comparison.entries import Truth
 from rom.datasets import read_dataset
 from rom.datasets.storage import read_netcdf
 from rom.metamodels import metamodel_class
 from rom.metamodels.metamodel import Metamodel
 
-module = importlib.import_module("rom.comparison.compare")  # whose name in the package is the function's
 METHODS = {
     "static-point-forces": ["direct-reused", "superposition", "pod-galerkin", "pod-regression"],
     "harmonic-point-force": ["coarse-fem", "modal", "modal-static", "modal-krylov", "pod-galerkin"],
