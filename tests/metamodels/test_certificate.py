@@ -43,8 +43,8 @@ def test_the_bound_holds(harmonic, cases, truth, size, name, settings, precision
     made = energy_errors(model.evaluate(cases), truth, harmonic.full_order.stiffness)
     bound = model.error_bound(cases)
     assert (made <= bound + ROUNDING * size).all()
-    # the theorem loses only the spread of the amplification over the left-out modes: 1.0 to 1.6 inside the band; where
-    # single precision decides, the bound adds all roundings up, which never happens, and is hundreds of times too careful
+    # the theorem loses only the spread of the amplification over the left-out modes: 1.0 to 1.6 inside the band;
+    # where single precision decides, the bound adds all roundings up and is hundreds of times too careful
     relative = made / size
     tight = relative > (1e-7 if precision == "float64" else 1e-3)
     inside = tight & (cases.frequency < 300)
