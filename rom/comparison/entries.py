@@ -67,8 +67,9 @@ class Truth:
         self._training: dict[str, xr.Dataset] = {}
 
     def training(self, split: str) -> xr.Dataset:
-        """Training cases of a split, kept until :meth:`forget`, so that methods share one POD."""
+        """Training cases of a split, kept until another split or :meth:`forget`, so that methods share one POD."""
         if split not in self._training:
+            self.forget()
             self._training[split] = read_dataset(self.path, select(self.index, split, "train"))
         return self._training[split]
 
@@ -101,24 +102,38 @@ def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: 
     omitted : list of str
         Settings that cannot be fitted to these data, each with the reason.
     """
-    entries, omitted = [], []
-    for method, settings, headline in progress(list(_rows(curves))):
+    rows = list(_rows(curves))
+    found: dict[str, dict[str, tuple[Metamodel, str]]] = {}
+    omitted: dict[str, str] = {}
+    for split, (method, settings, _) in progress([(split, row) for split in SPLITS for row in rows]):
+        name = label(method, settings)
+        if name in omitted:
+            continue
+        first = found.setdefault(name, {})
+        if first and not metamodel_class(method).learns:
+            first[split] = first[SPLITS[0]]
+            continue
         try:
-            models, keys = _models(scene, method, settings, truth)
+            first[split] = _fit_or_load(scene, method, settings, truth, split)
         except SchemaError:  # a damaged truth is no reason to leave a method out
             raise
         except ValueError as error:  # a rank that few quick cases do not span, say
-            log.warning("%s is left out: %s", label(method, settings), error)
-            omitted.append(f"{label(method, settings)}: {error}")
-            continue
-        snapshots = truth.snapshot_seconds(SPLITS[0]) if metamodel_class(method).learns else 0.0
-        entries.append(Entry(method, settings, headline, models, keys, snapshots))
+            log.warning("%s is left out: %s", name, error)
+            omitted[name] = f"{name}: {error}"
     truth.forget()
+    entries = []
+    for method, settings, headline in rows:
+        name = label(method, settings)
+        if name not in omitted:
+            models = {split: model for split, (model, _) in found[name].items()}
+            keys = {split: key for split, (_, key) in found[name].items()}
+            snapshots = truth.snapshot_seconds(SPLITS[0]) if metamodel_class(method).learns else 0.0
+            entries.append(Entry(method, settings, headline, models, keys, snapshots))
     for method in {entry.method for entry in entries}:
         mine = [entry for entry in entries if entry.method == method]
         if not any(entry.headline for entry in mine):
             mine[-1].headline = True
-    return entries, omitted
+    return entries, list(omitted.values())
 
 
 def _rows(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], bool]]:
@@ -127,22 +142,14 @@ def _rows(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], bool]
             yield method, settings, i == curve.headline % len(curve.settings)
 
 
-def _models(scene: Scene, method: str, settings: dict[str, Any], truth: Truth
-            ) -> tuple[dict[str, Metamodel], dict[str, str]]:
-    if metamodel_class(method).learns:
-        found = {split: _fit_or_load(scene, method, settings, truth, split) for split in SPLITS}
-    else:
-        found = dict.fromkeys(SPLITS, _fit_or_load(scene, method, settings, truth, None))
-    return {split: model for split, (model, _) in found.items()}, {split: key for split, (_, key) in found.items()}
-
-
-def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str | None
+def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str
                  ) -> tuple[Metamodel, str]:
+    learns = metamodel_class(method).learns
     network = METHODS[method][0].startswith("networks.")
     if network:
         settings = {**settings, "seed": truth.seed}
     recipe = {"method": method, "settings": settings, "scene": scene.to_json(), "content": scene.content_hash,
-              "data": [truth.key, split] if split else None, "versions": versions(),
+              "data": [truth.key, split] if learns else None, "versions": versions(),
               "source": source_digest("fullorder", "fingertip", "scenes", "datasets",
                                       *([f"metamodels/{name}.py" for name in SOURCES]),
                                       *(["metamodels/networks"] if network else []))}
@@ -154,7 +161,7 @@ def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Tru
             log.warning("a cached model is fitted again: %s", error)
     # a scene of its own: no method profits unbilled from a factor that another one made
     own = get_scene(scene.name, scene.fingertip, scene.outputs)
-    model = create(method, own, **settings).fit(truth.training(split) if split else None)
+    model = create(method, own, **settings).fit(truth.training(split) if learns else None)
     model.save(path)
     model.scene = scene
     return model, path.stem

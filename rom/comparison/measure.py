@@ -16,7 +16,7 @@ from rom.comparison.timing import interleaved, memory_bandwidth, product_rate
 from rom.datasets import SPLITS, select
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.fullorder import blas_threads
-from rom.metamodels.metamodel import CertifiedMetamodel
+from rom.metamodels.metamodel import CertifiedMetamodel, Metamodel
 from rom.provenance import source_digest
 from rom.scenes import CaseArrays, Scene
 
@@ -135,8 +135,19 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
         online = times(lambda m, i: m.evaluate(single[i], "field"), repeats)
         output = times(lambda m, i: m.evaluate(single[i], "pad"), max(3, repeats // 2), 1)
         called = times(lambda m, i: m.predict(labelled[i]), max(3, repeats // 3), 1)
-        floor, batch_floor = _floors(entries, scene)
-    batches = times(lambda m, _: m.evaluate(some if slow[m] else many, "field"), 3, 0)
+        bandwidths = {entry.label: memory_bandwidth(entry.model.online_bytes) for entry in entries
+                      if entry.model.online_bytes}
+    floor, batch_floor = _floors(entries, scene, bandwidths)
+    # answers go into arrays that exist, as an application would let them; methods of one type share one
+    kinds = {model: model.evaluate(single[0], "field").dtype for model in slow}
+    rooms = {(len(block), kind): np.empty((len(block), scene.n_free), dtype=kind)
+             for block in (some, many) for kind in kinds.values()}
+
+    def answer_block(model: Metamodel, _: int) -> None:
+        block = some if slow[model] else many
+        model.evaluate(block, "field", rooms[len(block), kinds[model]])
+
+    batches = times(answer_block, 3, 1)
     sizes = np.array([len(some) if slow[entry.model] else len(many) for entry in entries])
 
     def median(found: dict[str, np.ndarray]) -> np.ndarray:
@@ -176,16 +187,21 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
     }
 
 
-def _floors(entries: list[Entry], scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Least times that the memory and the arithmetic of this machine allow; NaN where a method states none."""
+def _floors(entries: list[Entry], scene: Scene, bandwidths: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Least times that the memory and the arithmetic of this machine allow; NaN where a method states none.
+
+    Parameters
+    ----------
+    bandwidths : dict of float [byte/s]
+        At which one thread reads a matrix of each entry's size: a small basis stays in the processor's cache.
+    """
     n_bytes = np.array([float(entry.model.online_bytes) for entry in entries])
     floor, batch = np.full(len(entries), np.nan), np.full(len(entries), np.nan)
     rates = {kind: product_rate(kind) for kind in ("float32", "float64")}
     for i, entry in enumerate(entries):
         if not n_bytes[i]:
             continue
-        # read at the rate of a matrix of that size: a small basis stays in the processor's cache
-        floor[i] = n_bytes[i] / memory_bandwidth(int(n_bytes[i]))
+        floor[i] = n_bytes[i] / bandwidths[entry.label]
         kind = entry.model.settings.get("precision", "float64")
         width = 4 if kind == "float32" else 8
         parts = 2 if scene.harmonic else 1

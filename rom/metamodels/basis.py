@@ -43,34 +43,56 @@ class Basis:
         return self.field.nbytes + self.pad.nbytes
 
 
-def combine(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def combine(coefficients: np.ndarray, rows: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
     """Sum of ``rows`` weighted by real or complex ``coefficients``.
 
     Parameters
     ----------
     coefficients : (n_case, r) ndarray
     rows : (r, n) ndarray, real
+    out : (n_case, n) ndarray, optional
+        See :func:`room`.
 
     Returns
     -------
     (n_case, n) ndarray
         Complex where the coefficients are; in the precision of ``rows``.
     """
-    kind = rows.dtype
+    kind, n_case = rows.dtype, len(coefficients)
     if not np.iscomplexobj(coefficients):
-        if len(coefficients) == 1:
-            return (coefficients[0].astype(kind, copy=False) @ rows)[None]
-        return coefficients.astype(kind, copy=False) @ rows
-    out = np.empty((len(coefficients), rows.shape[1]), dtype=np.result_type(kind, np.complex64))
-    if len(coefficients) == 1:
+        out = room(out, n_case, rows.shape[1], kind)
+        coefficients = coefficients.astype(kind, copy=False)
+        if n_case == 1:  # a matrix-vector product reads the basis faster than a matrix product of one row
+            np.matmul(coefficients[0], rows, out=out[0])
+        else:
+            np.matmul(coefficients, rows, out=out)
+        return out
+    out = room(out, n_case, rows.shape[1], np.result_type(kind, np.complex64))
+    if n_case == 1:
         out.real[0] = coefficients[0].real.astype(kind) @ rows
         out.imag[0] = coefficients[0].imag.astype(kind) @ rows
         return out
-    for start in range(0, len(coefficients), BLOCK):
+    for start in range(0, n_case, BLOCK):
         part = coefficients[start:start + BLOCK]
         plane = planes(part, kind) @ rows
         out.real[start:start + BLOCK] = plane[:len(part)]
         out.imag[start:start + BLOCK] = plane[len(part):]
+    return out
+
+
+def room(out: np.ndarray | None, n_case: int, n_output: int, kind: np.dtype) -> np.ndarray:
+    """``out`` where it is given and fits, a new array otherwise.
+
+    Raises
+    ------
+    ValueError
+        Where it does not fit.
+    """
+    if out is None:
+        return np.empty((n_case, n_output), dtype=kind)
+    if out.shape != (n_case, n_output) or out.dtype != kind or not out.flags.c_contiguous:
+        raise ValueError(f"out has shape {out.shape} and type {out.dtype}: it must be a contiguous "
+                         f"({n_case}, {n_output}) array of {np.dtype(kind)}, or be left out")
     return out
 
 

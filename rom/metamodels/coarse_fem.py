@@ -15,6 +15,7 @@ import xarray as xr
 
 from rom.fingertip import Fingertip, interpolation_from
 from rom.fullorder import SecondOrderModel
+from rom.metamodels.basis import room
 from rom.metamodels.direct import factor_bytes
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
@@ -59,9 +60,9 @@ class CoarseFem(Metamodel):
         if harmonic:
             self._model.solve_harmonic(self._loads[:, :1], 1.0, 0.1)
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         carry = self._pad_prolongation if outputs == "pad" else self._prolongation
-        out = np.empty((len(cases), carry.shape[0]), dtype=self.scene.dtype)
+        out = room(out, len(cases), carry.shape[0], self.scene.dtype)
         for group in self.scene.groups(cases):
             block = cases.take(group)
             force = np.stack([self._loads[:, n] @ f for n, f in zip(block.node, block.force, strict=True)], axis=1)

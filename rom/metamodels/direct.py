@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from rom.fullorder import SecondOrderModel
+from rom.metamodels.basis import room
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
 
@@ -45,12 +46,12 @@ class Direct(Metamodel):
         # the symbolic phase, and with `direct-reused` the static factor, belong to the offline stage
         first = CaseArrays(np.zeros((1, 1), dtype=np.int64), np.ones((1, 1)),
                            *((np.ones(1), np.full(1, 0.1)) if scene.harmonic else ()))
-        self._evaluate(first, "field")
+        self._evaluate(first, "field", None)
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         scene = self.scene
         rows = scene.pad_rows if outputs == "pad" else slice(None)
-        out = np.empty((len(cases), len(scene.pad_rows) if outputs == "pad" else scene.n_free), dtype=scene.dtype)
+        out = room(out, len(cases), len(scene.pad_rows) if outputs == "pad" else scene.n_free, scene.dtype)
         groups = scene.groups(cases) if self.keeps_factor else np.arange(len(cases))[:, None]
         for group in groups:
             out[group] = self._solve(cases.take(group))[rows].T

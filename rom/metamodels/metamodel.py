@@ -97,7 +97,7 @@ class Metamodel(ABC):
         answer.attrs["method"] = self.name
         return answer.assign(self.indicators(arrays))
 
-    def evaluate(self, cases: CaseArrays, outputs: str | None = None) -> np.ndarray:
+    def evaluate(self, cases: CaseArrays, outputs: str | None = None, out: np.ndarray | None = None) -> np.ndarray:
         """The lean call: plain arrays in, plain array out, nothing checked, nothing labelled.
 
         Parameters
@@ -105,6 +105,8 @@ class Metamodel(ABC):
         cases : CaseArrays
         outputs : {"field", "pad"}, optional
             Free degrees of freedom or the pad's alone; default: what the scene wants.
+        out : (n_case, n_output) ndarray [m], optional
+            An array that an earlier call of the same size returned, to be filled again.
 
         Returns
         -------
@@ -114,10 +116,12 @@ class Metamodel(ABC):
         Raises
         ------
         NotFittedError
+        ValueError
+            Where ``out`` does not fit.
         """
         if not self.fitted:
             raise NotFittedError(f"{self.name} has not been fitted: call fit() or load() first")
-        return self._evaluate(cases, outputs or self.scene.outputs)
+        return self._evaluate(cases, outputs or self.scene.outputs, out)
 
     def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
         """Variables by which a method says how wrong an answer may be; empty where it cannot."""
@@ -230,7 +234,7 @@ class Metamodel(ABC):
 
 
     @abstractmethod
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray: ...
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray: ...
 
     @abstractmethod
     def _state(self) -> xr.Dataset: ...

@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from rom.fullorder import Modes
-from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes
+from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
 from rom.metamodels.certificate import (
     UNIT_ROUNDOFF,
     amplification_beyond,
@@ -91,8 +91,8 @@ class Modal(Metamodel):
             return per_load[cases.node[:, 0]] * cases.force
         return np.einsum("cf,cfk->ck", cases.force, per_load[cases.node])
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
-        return combine(self.coordinates(cases), self._shapes.rows(outputs))
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
+        return combine(self.coordinates(cases), self._shapes.rows(outputs), out)
 
     def _state(self) -> xr.Dataset:
         return xr.Dataset({
@@ -148,12 +148,12 @@ class ModalWithLoadVectors(Modal):
         """(n_case, p) ndarray, complex: coordinates of one force's own vectors."""
         raise NotImplementedError
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         shapes, own = self._shapes.rows(outputs), self._own.rows(outputs)
         stiffness, inertia = _point(cases)
         modal = self._force_sum(self.participation, cases) / (self.eigenvalue * stiffness - inertia)
         kind = shapes.dtype
-        out = np.empty((len(cases), shapes.shape[1]), dtype=np.result_type(kind, np.complex64))
+        out = room(out, len(cases), shapes.shape[1], np.result_type(kind, np.complex64))
         if cases.node.size == 1:  # one case, one force: two reads of m + p rows and nothing else
             node = cases.node[0, 0]
             y = self._own_coordinates(cases.node[:, 0], cases.force[:, 0], stiffness, inertia)[0]

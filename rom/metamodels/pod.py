@@ -159,8 +159,8 @@ class PodGalerkin(Metamodel):
         omega = 2.0 * np.pi * cases.frequency
         return load / ((1.0 + 1j * cases.loss_factor)[:, None] * self.eigenvalue - (omega * omega)[:, None])
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
-        return combine(self.coordinates(cases), self._basis.rows(outputs))
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
+        return combine(self.coordinates(cases), self._basis.rows(outputs), out)
 
     def best_approximation(self, values: np.ndarray) -> np.ndarray:
         rows = self._basis.field / np.linalg.norm(self._basis.field, axis=1, keepdims=True)

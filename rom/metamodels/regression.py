@@ -138,8 +138,8 @@ class PodRegression(Metamodel):
         half = coefficients.shape[1] // 2
         return coefficients[:, :half] + 1j * coefficients[:, half:]
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
-        return combine(self._coefficients(cases), self._basis.rows(outputs))
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
+        return combine(self._coefficients(cases), self._basis.rows(outputs), out)
 
     def best_approximation(self, values: np.ndarray) -> np.ndarray:
         rows = self._basis.field

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from rom.metamodels.basis import Basis, check_precision
+from rom.metamodels.basis import Basis, check_precision, room
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, Scene, StaticPointForces
 
@@ -36,10 +36,10 @@ class Superposition(Metamodel):
         responses = self.scene.full_order.solve_static(self.scene.pad_loads)
         self._basis = Basis(responses.T, self.scene.pad_rows, self.settings["precision"])
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         rows = self._basis.rows(outputs)
         force = cases.force.astype(rows.dtype, copy=False)
-        out = np.empty((len(cases), rows.shape[1]), dtype=rows.dtype)
+        out = room(out, len(cases), rows.shape[1], rows.dtype)
         for i in range(len(cases)):
             # reads the loaded nodes' rows alone, not all 239
             np.matmul(force[i], rows[cases.node[i]], out=out[i])

@@ -106,6 +106,16 @@ def test_evaluate_leaves_its_inputs_alone(model, arrays):
         np.testing.assert_array_equal(found, expected)
 
 
+def test_answers_go_where_they_are_wanted(row, model, arrays):
+    for outputs in ("field", "pad"):
+        fresh = model.evaluate(arrays, outputs)
+        given = np.full_like(fresh, np.nan)
+        assert model.evaluate(arrays, outputs, given) is given
+        close(given, fresh, row.rounding)
+    with pytest.raises(ValueError, match="out has shape"):
+        model.evaluate(arrays, "field", np.empty((len(arrays), 5), dtype=fresh.dtype))
+
+
 def test_answers_have_the_labels_of_the_full_order_model(row, scene, train, model, cases):
     found, truth = model.predict(cases)["displacement"], train["displacement"].isel(case=slice(N_CASE))
     assert found.dims == truth.dims == ("case", "node", "component")

@@ -101,7 +101,7 @@ class Mlp(Network):
             weight_decay=setting["weight_decay"], generator=generator, progress=self.progress)
         return module
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         import torch
 
         with torch.inference_mode():
@@ -109,7 +109,7 @@ class Mlp(Network):
         unit = unit.reshape(*cases.node.shape, -1)
         parts = np.einsum("cf,cfr->cr", cases.force, unit) if unit.shape[1] > 1 else unit[:, 0] * cases.force
         half = parts.shape[1] // 2
-        return combine(parts[:, :half] + 1j * parts[:, half:], self._basis.rows(outputs))
+        return combine(parts[:, :half] + 1j * parts[:, half:], self._basis.rows(outputs), out)
 
     # ---- module and files -----------------------------------------------------------------------------------
 
@@ -226,7 +226,7 @@ class MlpResidual(Network):
             progress=self.progress)
         return module
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         import torch
 
         stiffness, s, powers = self._point(cases)
@@ -238,7 +238,7 @@ class MlpResidual(Network):
         n_mode = len(self.eigenvalue)
         learned = np.einsum("cj,cjr->cr", powers, load[:, n_mode:].reshape(*powers.shape, -1))
         coefficients = np.concatenate([self._modal(load[:, :n_mode], s), learned], axis=1) / stiffness
-        out = combine(coefficients, self._basis.rows(outputs))
+        out = combine(coefficients, self._basis.rows(outputs), out)
         static, share = self._static.rows(outputs), (cases.force / stiffness).astype(out.dtype)
         for i, j in np.argwhere(cases.force):
             row = static[cases.node[i, j]]

@@ -91,7 +91,7 @@ class Transformer(Network):
             weight_decay=0.0, generator=generator, progress=self.progress)
         return module
 
-    def _evaluate(self, cases: CaseArrays, outputs: str) -> np.ndarray:
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         import torch
 
         # a force may come often in a block, and answers for one node are alike: each is asked once
@@ -99,7 +99,7 @@ class Transformer(Network):
         with torch.inference_mode():
             unit = self._module(self._tokens[torch.from_numpy(node)], self._memory).numpy()
         coefficients = np.einsum("cf,cfr->cr", cases.force, unit[inverse.reshape(cases.node.shape)])
-        return combine(coefficients, self._basis.rows(outputs))
+        return combine(coefficients, self._basis.rows(outputs), out)
 
     # ---- module and files -----------------------------------------------------------------------------------
 
