@@ -10,11 +10,10 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
+from rom.comparison.side_by_side import QUICK_DENSITY
 from rom.datasets.storage import whole_file, write_netcdf
-from rom.fingertip import Fingertip, MeshDensity
+from rom.fingertip import Fingertip
 from rom.provenance import stamp
-
-QUICK_DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
 
 
 def fingertip(quick: bool) -> Fingertip:

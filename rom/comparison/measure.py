@@ -24,7 +24,7 @@ BATCH = 2048
 SHARE = {"direct": 32, "direct-reused": 32, "coarse-fem": 4}
 """One held-out operating point in so many is evaluated where each costs a factorization: `direct` is the truth itself,
 and the error of a coarse mesh varies little. All other methods answer every held-out case."""
-SLOW_BATCH = 16
+SLOW_BATCH = 8
 """Cases in a batch of a method that factorises, at two operating points, so that what can be shared is shared."""
 
 
@@ -122,8 +122,8 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
     many = arrays.take(np.arange(batch) % n)
     some = arrays.take(np.arange(min(SLOW_BATCH, batch)) % n)
     if scene.harmonic:
-        some = replace(some, frequency=np.repeat(some.frequency[:2], len(some) // 2),
-                       loss_factor=np.repeat(some.loss_factor[:2], len(some) // 2))
+        point = np.repeat(np.sort(np.unique(arrays.frequency, return_index=True)[1])[:2], len(some) // 2)
+        some = replace(some, frequency=arrays.frequency[point], loss_factor=arrays.loss_factor[point])
     models = {entry.label: entry.model for entry in entries}
 
     def times(call: Callable, count: int, warm_up: int = 2) -> dict[str, np.ndarray]:
@@ -147,7 +147,7 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
         block = some if slow[model] else many
         model.evaluate(block, "field", rooms[len(block), kinds[model]])
 
-    batches = times(answer_block, 3, 1)
+    batches = times(answer_block, 3, 0)
     sizes = np.array([len(some) if slow[entry.model] else len(many) for entry in entries])
 
     def median(found: dict[str, np.ndarray]) -> np.ndarray:

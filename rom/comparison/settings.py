@@ -40,7 +40,7 @@ CURVES: dict[str, dict[str, Curve]] = {
         "direct-reused": Curve(({},)),
         "coarse-fem": Curve(_each("scale", 0.5, 0.75)),
         "modal": Curve(({}, {"modes": 40}, {"modes": 120}), headline=0),
-        "modal-static": Curve(_each("modes", 20, 60, 120), headline=-1),
+        "modal-static": Curve(_each("modes", 20, 60, 160), headline=-1),
         "modal-krylov": Curve((
             {"modes": 20, "vectors": 3}, {"modes": 20, "vectors": 5},
             *_each("vectors", 6, 8, 10, modes=40, **SINGLE), {"modes": 40, "vectors": 10}), headline=4),

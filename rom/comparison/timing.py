@@ -31,18 +31,24 @@ def interleaved(calls: Mapping[str, Callable[[int], object]], repeats: int, warm
     seconds = {name: np.empty(repeats) for name in calls}
     for i in progress(range(-warm_up, repeats)):
         for name, call in calls.items():
-            # twice where it is quick: the first call brings the method's own data back into the processor's cache,
-            # as a running application would have it there, the second is timed
-            start = time.perf_counter_ns()
-            call(i % repeats)
-            elapsed = time.perf_counter_ns() - start
-            if elapsed < 20_000_000:
-                start = time.perf_counter_ns()
-                call((i + 1) % repeats)
-                elapsed = time.perf_counter_ns() - start
+            elapsed = _clock(call, i % repeats)
+            if elapsed < QUICK:
+                # the first call brought the method's own data back into the processor's cache, as a running
+                # application would have them there; the median of some more, each on another case, is kept
+                elapsed = float(np.median([_clock(call, (i + k) % repeats) for k in range(1, 6)]))
             if i >= 0:
-                seconds[name][i] = elapsed * 1e-9
+                seconds[name][i] = elapsed
     return seconds
+
+
+QUICK = 0.02
+"""Calls quicker than this [s] are repeated within a repeat: a busy machine stalls them for longer than they take."""
+
+
+def _clock(call: Callable[[int], object], i: int) -> float:
+    start = time.perf_counter_ns()
+    call(i)
+    return (time.perf_counter_ns() - start) * 1e-9
 
 
 def memory_bandwidth(n_bytes: int = 4_000_000, repeats: int = 50) -> float:

@@ -10,11 +10,11 @@ def test_methods_take_turns_and_every_repeat_is_kept():
     seconds = interleaved({name: (lambda i, n=name: order.append((n, i))) for name in ("a", "b")}, 4, warm_up=2)
     assert {name: found.shape for name, found in seconds.items()} == {"a": (4,), "b": (4,)}
     assert all((found > 0).all() for found in seconds.values())
-    rounds = [order[k:k + 4] for k in range(0, len(order), 4)]  # quick calls are made twice
+    rounds = [order[k:k + 12] for k in range(0, len(order), 12)]  # quick calls are made once and then five times
     assert len(rounds) == 6  # two rounds of warm-up, four timed
     for k, turn in zip(range(-2, 4), rounds, strict=True):
-        assert [name for name, _ in turn] == ["a", "a", "b", "b"]
-        assert [i for _, i in turn] == 2 * [k % 4, (k + 1) % 4]  # each repeat another case
+        assert [name for name, _ in turn] == 6 * ["a"] + 6 * ["b"]
+        assert [i for _, i in turn] == 2 * [(k + j) % 4 for j in range(6)]  # each call another case
 
 
 def test_slow_calls_are_made_once_a_repeat():
