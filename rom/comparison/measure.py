@@ -140,8 +140,8 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: CaseArrays, repeat
     floor, batch_floor = _floors(entries, scene, bandwidths)
     # answers go into arrays that exist, as an application would let them; methods of one type share one
     kinds = {model: model.evaluate(single[0], "field").dtype for model in slow}
-    rooms = {(len(block), kind): np.empty((len(block), scene.n_free), dtype=kind)
-             for block in (some, many) for kind in kinds.values()}
+    rooms = {(len(block), kind): np.full((len(block), scene.n_free), np.nan, dtype=kind)  # written: its memory is there
+             for block in (some, many) for kind in set(kinds.values())}
 
     def answer_block(model: Metamodel, _: int) -> None:
         block = some if slow[model] else many
