@@ -14,8 +14,9 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.comparison.entries import Truth, fit_entries
 from rom.comparison.errors import relative_errors
-from rom.comparison.measure import BATCH, measure_errors, measure_times, worst_fields
+from rom.comparison.held_out import measure_errors, worst_fields
 from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, Curve
+from rom.comparison.times import BATCH, measure_times
 from rom.comparison.timing import threads_in_use
 from rom.datasets import SPLITS, make_dataset, read_dataset, select
 from rom.datasets.storage import whole_file, write_netcdf
