@@ -24,7 +24,7 @@ th { font-weight: 600; }
 thead th { vertical-align: bottom; border-bottom: 2px solid var(--ink); }
 th:first-child, td.text, th.text { text-align: left; }
 th:first-child, td:not(.text) { white-space: nowrap; }
-td small, th small { display: block; color: var(--quiet); font-weight: 400; white-space: nowrap; }
+td small, th small { display: block; color: var(--quiet); font-weight: 400; white-space: normal; }
 tr.headline th, tr.headline td { background: #f3f6fa; }
 .pass { color: var(--good); font-weight: 600; }
 .fail { color: var(--bad); font-weight: 600; }
