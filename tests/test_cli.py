@@ -114,7 +114,7 @@ def finished_pieces(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(snapshots, "write_dataset", full)
+        patch.setattr(snapshots, "write_in_blocks", full)
         assert call("dataset", STATIC, "--cases", 5, "--output", tmp_path / "set.nc") == 2
     return tmp_path / "set.nc.pieces" / "00000.nc"
 
