@@ -228,3 +228,9 @@ def test_compare_writes_results_page_and_figures(capsys, tmp_path):
     for figure in figures:
         assert figure in page
         assert (folder / figure).read_bytes().startswith(b"\x89PNG\r\n")
+
+
+def test_a_reader_that_stops_reading_is_no_error():
+    command = f"{sys.executable} -m rom.cli scenes | head -1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True, timeout=120)
+    assert done.stdout.startswith("static-point-forces") and done.stderr == ""
