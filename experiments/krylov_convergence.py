@@ -21,8 +21,8 @@ from rom.scenes import CaseArrays, get_scene
 def main(quick: bool = False) -> xr.Dataset:
     """Largest relative error over modes and load-dependent vectors."""
     scene = get_scene("harmonic-point-force", script.fingertip(quick))
-    modes = [10, 20, 40] if quick else [11, 20, 40, 60, 100]
-    vectors = [1, 2, 4] if quick else [1, 2, 3, 4, 6, 8]
+    modes = [10, 20, 40] if quick else [11, 20, 40, 60]
+    vectors = [1, 2, 4] if quick else [1, 2, 4, 6]
     points = np.array([(f, eta) for f in ((30.0, 300.0) if quick else (30.0, 118.0, 163.0, 215.0, 260.0, 300.0))
                        for eta in ((0.1,) if quick else (0.1, 0.5))])
     loads = np.linspace(0, scene.n_pad - 1, 4 if quick else 8).astype(int)
