@@ -26,7 +26,7 @@ from rom.provenance import machine, source_digest, stamp
 from rom.scenes import SCENES, CaseArrays, Scene, get_scene
 
 SEED = 2026
-"""Default seed of a comparison: its held-out cases were not looked at while methods and settings were chosen."""
+"""Default seed of a comparison: nothing that learns was designed or tuned on its held-out cases."""
 CASES, REPEATS = 1434, 15
 """Default numbers of cases within the published ranges (6 x 239; a tenth more lie beyond) and of timed repeats."""
 QUICK_CASES, QUICK_REPEATS, QUICK_BATCH = 240, 5, 256

@@ -69,9 +69,13 @@ class Modal(Metamodel):
         return self._shapes.field.nbytes + 2 * self._shapes.field[0].nbytes
 
     def _fit(self, train: xr.Dataset) -> None:
+        self._keep(self._natural_modes())
+
+    def _natural_modes(self) -> Modes:
+        """As many as the setting says, or those within the scene's band."""
         count = self.settings["modes"]
-        band = {"below_hz": self.scene.band_hz} if count is None else {"count": count}
-        self._keep(self.scene.full_order.natural_modes(**band))
+        return self.scene.full_order.natural_modes(
+            **({"below_hz": self.scene.band_hz} if count is None else {"count": count}))
 
     def _keep(self, modes: Modes) -> None:
         self.eigenvalue = modes.eigenvalue
@@ -133,9 +137,7 @@ class ModalWithLoadVectors(Modal):
         return self.settings["vectors"]
 
     def _fit(self, train: xr.Dataset) -> None:
-        count = self.settings["modes"]
-        model = self.scene.full_order
-        modes = model.natural_modes(**({"below_hz": self.scene.band_hz} if count is None else {"count": count}))
+        model, modes = self.scene.full_order, self._natural_modes()
         self._keep(modes)
         found = load_vectors(model, modes, self.scene.pad_loads, self.n_vectors)
         self.theta, self.first, self.last, self.beta = found.theta, found.first, found.last, found.beta
@@ -151,7 +153,7 @@ class ModalWithLoadVectors(Modal):
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         shapes, own = self._shapes.rows(outputs), self._own.rows(outputs)
         stiffness, inertia = _point(cases)
-        modal = self._force_sum(self.participation, cases) / (self.eigenvalue * stiffness - inertia)
+        modal = self.coordinates(cases)
         kind = shapes.dtype
         out = room(out, len(cases), shapes.shape[1], np.result_type(kind, np.complex64))
         if cases.node.size == 1:  # one case, one force: two reads of m + p rows and nothing else
