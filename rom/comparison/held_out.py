@@ -110,9 +110,7 @@ def worst_fields(entries: list[Entry], scene: Scene, values: np.ndarray, arrays:
     for i, row in zip(headline, rows, strict=True):
         one = arrays.take(slice(row, row + 1))
         for found, field in ((truth, values[row]), (answer, entries[i].model.evaluate(one, "field")[0])):
-            full = np.zeros(3 * len(mesh.nodes), dtype=scene.dtype)
-            full[scene.fingertip.free_dofs] = field
-            found.append(full.reshape(-1, 3)[skin])
+            found.append(scene.on_all_nodes(field[None])[0, skin])
     metres = {"units": "m"}
     return xr.Dataset({
         "worst_truth": (("worst", "skin_node", "component"), np.array(truth), {

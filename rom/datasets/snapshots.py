@@ -208,9 +208,7 @@ def _assemble(scene: Scene, cases: xr.Dataset, folder: Path, n_pieces: int, path
     def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
         for file in files:
             piece = read_netcdf(file)
-            field = np.zeros((piece.sizes["case"], 3 * n_node), dtype=scene.dtype)
-            field[:, scene.fingertip.free_dofs] = piece["displacement"].values
-            yield piece["case"].values, field.reshape(-1, n_node, 3)
+            yield piece["case"].values, scene.on_all_nodes(piece["displacement"].values)
 
     attributes = {"long_name": scene.displacement_name, "units": "m", "mesh": "mesh", "location": "node",
                   "coordinates": "node_x node_y node_z"}

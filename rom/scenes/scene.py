@@ -230,8 +230,7 @@ class Scene(ABC):
             node, full = mesh.pad_nodes, values
         else:
             node = np.arange(len(mesh.nodes))
-            full = np.zeros((len(values), 3 * len(node)), dtype=values.dtype)
-            full[:, self.fingertip.free_dofs] = values
+            full = self.on_all_nodes(values)
         # a stored dataset may come in as cases: its truth, and nodes that are not asked for, stay behind
         answer = cases.drop_dims(["node", "component"], errors="ignore").drop_vars(TRUTH_VARIABLES, errors="ignore")
         answer["displacement"] = (("case", "node", "component"), full.reshape(len(values), len(node), 3), {
@@ -251,6 +250,13 @@ class Scene(ABC):
             "component": ("component", ["x", "y", "z"], {"long_name": "component of the displacement"}),
             **{f"node_{axis}": ("node", mesh.nodes[node, i], {"long_name": text, "units": "m"})
                for i, (axis, text) in enumerate(AXES.items())}}
+
+    def on_all_nodes(self, values: np.ndarray) -> np.ndarray:
+        """(n_case, n_node, 3) ndarray [m] from (n_case, n_free): held nodes stay at zero."""
+        n_node = len(self.fingertip.mesh.nodes)
+        full = np.zeros((len(values), 3 * n_node), dtype=values.dtype)
+        full[:, self.fingertip.free_dofs] = values
+        return full.reshape(-1, n_node, 3)
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""
