@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 import script
 import xarray as xr
-from matplotlib.figure import Figure
 
 from rom.comparison.errors import energy_errors
 from rom.datasets import draw_cases, solve_cases
 from rom.metamodels import create
+from rom.reporting.plate import Plate, sheet
 from rom.scenes import get_scene
 
 MODELS = {"modal-static, 40 modes": ("modal-static", {"modes": 40}),
@@ -20,14 +20,14 @@ MODELS = {"modal-static, 40 modes": ("modal-static", {"modes": 40}),
           "modal-krylov, 40 modes, 4 vectors": ("modal-krylov", {"modes": 40, "vectors": 4})}
 
 
-def main(quick: bool = False, seed: int = 0) -> xr.Dataset:
+def main(quick: bool = False, progress: script.Progress = script.silent, seed: int = 0) -> xr.Dataset:
     """Bound and true energy error of each random case and model."""
     scene = get_scene("harmonic-point-force", script.fingertip(quick))
     arrays, _ = draw_cases(scene, 48 if quick else 240, 16 if quick else 80, seed)
     truth, _ = solve_cases(scene, arrays)
     stiffness = scene.full_order.stiffness
     bound, error = np.empty((2, len(MODELS), len(arrays)))
-    for i, (method, settings) in enumerate(MODELS.values()):
+    for i, (method, settings) in enumerate(progress(list(MODELS.values()), "models")):
         model = create(method, scene, **settings).fit()
         bound[i] = model.error_bound(arrays)
         error[i] = energy_errors(model.evaluate(arrays), truth, stiffness)
@@ -40,9 +40,16 @@ def main(quick: bool = False, seed: int = 0) -> xr.Dataset:
                 "loss_factor": ("case", arrays.loss_factor, unit)})
 
 
-def draw(results: xr.Dataset) -> Figure:
+def findings(results: xr.Dataset) -> list[str]:
+    """Whether the bound held everywhere."""
+    worst = float((results["bound"] / results["error"]).min())
+    return [f"{'No error exceeds' if worst >= 1 else 'An error exceeds'} its bound: smallest ratio {worst:.3f}."]
+
+
+
+def draw(results: xr.Dataset) -> list[Plate]:
     """Bound over error: every point on or above the diagonal."""
-    figure = Figure(figsize=(6.5, 5), layout="constrained")
+    figure = sheet(5.2, findings(results)[0], width=7.5)
     axes = figure.subplots()
     for name, colour, marker in zip(results["model"].values, ("#0072b2", "#d55e00", "#009e73"), "os^", strict=True):
         one = results.sel(model=name)
@@ -53,11 +60,10 @@ def draw(results: xr.Dataset) -> Figure:
     axes.loglog(ends, ends, "k-", lw=1, label="bound = error")
     axes.set_xlabel("true relative energy error [-]")
     axes.set_ylabel("certified bound [-]")
-    worst = float((results["bound"] / results["error"]).min())
-    axes.set_title(f"{'No error exceeds' if worst >= 1 else 'An error exceeds'} its bound: smallest ratio {worst:.3f}")
     axes.legend()
-    return figure
+    return [Plate("figure.png", figure, "Every point is one random case and model; on the line the bound would equal the error.",
+                  "Certified bound over true energy error")]
 
 
 if __name__ == "__main__":
-    script.run(main, draw, "certificate")
+    script.run(main, draw, findings, "certificate")

@@ -10,15 +10,15 @@ import numpy as np
 import script
 import xarray as xr
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 
 from rom.comparison.errors import relative_errors
 from rom.datasets import solve_cases
 from rom.metamodels import create
+from rom.reporting.plate import Plate, sheet
 from rom.scenes import CaseArrays, get_scene
 
 
-def main(quick: bool = False) -> xr.Dataset:
+def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """Largest relative error over modes and load-dependent vectors."""
     scene = get_scene("harmonic-point-force", script.fingertip(quick))
     modes = [10, 20, 40] if quick else [11, 20, 40, 60]
@@ -31,7 +31,7 @@ def main(quick: bool = False) -> xr.Dataset:
     cases = CaseArrays(node, np.ones(node.shape), frequency.copy(), loss_factor.copy())
     truth, _ = solve_cases(scene, cases)
     error = np.empty((len(modes), len(vectors) + 1))
-    for i, m in enumerate(modes):
+    for i, m in enumerate(progress(modes, "modes")):
         error[i, 0] = relative_errors(create("modal", scene, modes=m).fit().evaluate(cases), truth).max()
         for j, p in enumerate(vectors):
             model = create("modal-krylov", scene, modes=m, vectors=p).fit()
@@ -41,9 +41,18 @@ def main(quick: bool = False) -> xr.Dataset:
         coords={"modes": modes, "vectors": [0, *vectors]})
 
 
-def draw(results: xr.Dataset) -> Figure:
+def findings(results: xr.Dataset) -> list[str]:
+    """What modes alone leave, and what load-dependent vectors do about it."""
+    error = results["error_max"].values
+    modes, vectors = results["modes"].values, results["vectors"].values
+    return [f"{modes[-1]} modes alone leave {error[-1, 0]:.0%}; {modes[1]} modes with {vectors[-1]} vectors of "
+            f"each load leave {error[1, -1]:.0e}."]
+
+
+
+def draw(results: xr.Dataset) -> list[Plate]:
     """Heat map of the error, the numbers written in."""
-    figure = Figure(figsize=(7, 4), layout="constrained")
+    figure = sheet(4.4, findings(results)[0], width=7.5)
     axes = figure.subplots()
     error = results["error_max"].values
     image = axes.imshow(error, norm=LogNorm(max(error.min(), 1e-12), 1.0), cmap="cividis", aspect="auto")
@@ -53,12 +62,10 @@ def draw(results: xr.Dataset) -> Figure:
     axes.set_yticks(range(error.shape[0]), results["modes"].values)
     axes.set_xlabel("load-dependent vectors of each load")
     axes.set_ylabel("modes kept")
-    modes, vectors = results["modes"].values, results["vectors"].values
-    axes.set_title(f"{modes[-1]} modes alone leave {error[-1, 0]:.0%}; {modes[1]} modes with {vectors[-1]} vectors of "
-                   f"each load leave {error[1, -1]:.0e}", fontsize=10)
     figure.colorbar(image, label="largest relative error [-]")
-    return figure
+    return [Plate("figure.png", figure, "Largest relative error of the field over loads, frequencies and loss factors.",
+                  "Heat map of error over modes and load-dependent vectors")]
 
 
 if __name__ == "__main__":
-    script.run(main, draw, "krylov-convergence")
+    script.run(main, draw, findings, "krylov-convergence")

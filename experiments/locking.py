@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import script
 import xarray as xr
-from matplotlib.figure import Figure
 
 from rom.fullorder import SecondOrderModel
+from rom.reporting.plate import Plate, sheet
 
 RATIOS = (0.48, 0.495, 0.499, 0.4999)
 FORMULATIONS = ("full", "b-bar")
 
 
-def main(quick: bool = False) -> xr.Dataset:
+def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """First natural frequency over Poisson's ratio of dermis and hypodermis, both formulations."""
     tip = script.fingertip(quick)
     frequency = np.empty((len(FORMULATIONS), len(RATIOS)))
-    for j, ratio in enumerate(RATIOS):
+    for j, ratio in enumerate(progress(list(RATIOS), "Poisson's ratios")):
         anatomy = tip.anatomy
         for tissue in ("dermis", "hypodermis"):
             anatomy = anatomy.replace_tissue(tissue, poisson_ratio=ratio)
@@ -31,9 +31,18 @@ def main(quick: bool = False) -> xr.Dataset:
         coords={"formulation": list(FORMULATIONS), "poisson_ratio": list(RATIOS)})
 
 
-def draw(results: xr.Dataset) -> Figure:
+def findings(results: xr.Dataset) -> list[str]:
+    """How far the first frequency moves."""
+    frequency = results["first_frequency"]
+    rise = frequency.isel(poisson_ratio=-1) / frequency.isel(poisson_ratio=0) - 1
+    full, b_bar = (float(rise.sel(formulation=name)) for name in FORMULATIONS)
+    return [f"Towards incompressibility f1 moves by {full:.1%} with full integration, {b_bar:.1%} with B-bar."]
+
+
+
+def draw(results: xr.Dataset) -> list[Plate]:
     """Both formulations over the distance from incompressibility."""
-    figure = Figure(figsize=(6.5, 4), layout="constrained")
+    figure = sheet(4.2, findings(results)[0], width=7.5)
     axes = figure.subplots()
     distance = 0.5 - results["poisson_ratio"]
     for name, colour, marker in zip(results["formulation"].values, ("#d55e00", "#0072b2"), "so", strict=True):
@@ -42,13 +51,10 @@ def draw(results: xr.Dataset) -> Figure:
     axes.invert_xaxis()
     axes.set_xlabel("0.5 - Poisson's ratio of dermis and hypodermis [-]")
     axes.set_ylabel("first natural frequency [Hz]")
-    rise = results["first_frequency"].isel(poisson_ratio=-1) / results["first_frequency"].isel(poisson_ratio=0) - 1
-    full, b_bar = (float(rise.sel(formulation=name)) for name in FORMULATIONS)
-    axes.set_title(f"Towards incompressibility f1 moves by {full:.1%} with full integration, {b_bar:.1%} with B-bar",
-                   fontsize=10)
     axes.legend()
-    return figure
+    return [Plate("figure.png", figure, "First natural frequency as dermis and hypodermis become incompressible.",
+                  "First frequency over the distance from incompressibility")]
 
 
 if __name__ == "__main__":
-    script.run(main, draw, "locking")
+    script.run(main, draw, findings, "locking")

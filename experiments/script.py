@@ -1,37 +1,73 @@
-"""What every experiment script shares: `--quick`, `--output`, results and figure beside each other."""
+"""What every experiment script shares: its options, and a folder with results, figures and a page to read."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import xarray as xr
-from matplotlib.figure import Figure
 
+from rom.cli import bar
 from rom.comparison.side_by_side import QUICK_DENSITY
-from rom.datasets.storage import whole_file, write_netcdf
+from rom.datasets.storage import write_netcdf
 from rom.fingertip import Fingertip
 from rom.provenance import stamp
+from rom.reporting.experiment import write_experiment
+from rom.reporting.plate import Plate
+
+Progress = Callable[[Iterable, str], Iterable]
+"""Wraps an iteration and its title, to show a bar."""
 
 
-def fingertip(quick: bool) -> Fingertip:
-    """The `metamodel` preset, or a coarse mesh of the same anatomy."""
-    tip = Fingertip.preset("metamodel")
+def silent(items: Iterable, _: str) -> Iterable:
+    """No bar: for callers who watch by other means."""
+    return items
+
+
+def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
+    """A preset, or a coarse mesh of the same anatomy."""
+    tip = Fingertip.preset(preset)
     return replace(tip, density=QUICK_DENSITY) if quick else tip
 
 
-def run(main: Callable[..., xr.Dataset], draw: Callable[[xr.Dataset], Figure], name: str) -> None:
-    """Run an experiment from the command line and leave ``results.nc`` and ``figure.png`` in its folder."""
-    parser = argparse.ArgumentParser(description=(main.__doc__ or "").strip().splitlines()[0])
+def run(
+    main: Callable[..., xr.Dataset],
+    draw: Callable[[xr.Dataset], Sequence[Plate]],
+    findings: Callable[[xr.Dataset], Sequence[str]],
+    name: str,
+    *,
+    tables: Callable[[xr.Dataset], Sequence[str]] = lambda _: (),
+    extra: Callable[[xr.Dataset, Path], Sequence[Path]] = lambda *_: (),
+) -> None:
+    """Run an experiment from the command line and leave results, figures and page in its folder.
+
+    Parameters
+    ----------
+    main : callable
+        ``main(quick=..., progress=...) -> xr.Dataset``; the first line of its docstring heads the page.
+    draw, findings : callable
+        Results to figures, and to sentences with their numbers.
+    name : str
+        Folder below ``reports``.
+    tables : callable
+        Results to tables of HTML (:func:`rom.reporting.html.table`).
+    extra : callable
+        Writes further files (animations, scenes, VTU) into the folder and returns their paths; the page links them.
+    """
+    question = (main.__doc__ or "").strip().splitlines()[0]
+    parser = argparse.ArgumentParser(description=question)
     parser.add_argument("--quick", action="store_true", help="coarse mesh: a check, not a result")
-    parser.add_argument("--output", type=Path, default=Path("reports") / name, metavar="FOLDER")
+    parser.add_argument("--output", type=Path, metavar="FOLDER",
+                        help=f"default: reports/{name}, or reports/quick/{name} with --quick")
     arguments = parser.parse_args()
-    results = main(quick=arguments.quick)
+    folder = arguments.output or Path("reports", *(["quick"] if arguments.quick else []), name)
+    folder.mkdir(parents=True, exist_ok=True)
+    results = main(quick=arguments.quick, progress=bar)
     results.attrs.update(stamp(quick=str(int(arguments.quick))))
-    write_netcdf(results, arguments.output / "results.nc")
-    with whole_file(arguments.output / "figure.png") as temporary:
-        draw(results).savefig(temporary, format="png", dpi=150)
-    print(results.to_dataframe().to_string(max_rows=60))
-    print(arguments.output)
+    write_netcdf(results, folder / "results.nc")
+    files = extra(results, folder)
+    sentences = list(findings(results))
+    page = write_experiment(folder, name, question, sentences, draw(results), tables(results), files, results.attrs)
+    print(*sentences, page, sep="\n")

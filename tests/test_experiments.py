@@ -12,6 +12,8 @@ import certificate
 import krylov_convergence
 import locking
 
+from rom.reporting.experiment import write_experiment
+
 SCRIPTS = {"certificate": certificate, "krylov_convergence": krylov_convergence, "locking": locking}
 
 
@@ -46,7 +48,12 @@ def test_b_bar_does_not_lock_and_full_integration_does(results):
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_figures_are_drawn(name, results, tmp_path):
-    file = tmp_path / "figure.png"
-    SCRIPTS[name].draw(results[name]).savefig(file)
-    assert file.stat().st_size > 10_000
+def test_results_become_a_folder_that_a_person_reads(name, results, tmp_path):
+    script = SCRIPTS[name]
+    plates, sentences = script.draw(results[name]), script.findings(results[name])
+    page = write_experiment(tmp_path, name, "Does it?", sentences, plates, attributes={"quick": "1"})
+    text = page.read_text(encoding="utf-8")
+    assert "not a result" in text  # a quick run says so
+    for plate in plates:
+        assert (tmp_path / plate.file).stat().st_size > 10_000
+        assert f'src="{plate.file}"' in text

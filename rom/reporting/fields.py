@@ -9,13 +9,12 @@ import numpy as np
 from rom.reporting import words
 from rom.reporting.plate import Plate, sheet
 from rom.reporting.results import SOLVERS, Results
+from rom.reporting.skin import draw_skin
 
 MILLIMETRE = 1e3
 SHOWN = 4
 DRAWN_AS = 1.6
 """Length [mm] to which the largest displacement is drawn."""
-ELEVATION, AZIMUTH = -42.0, -78.0
-"""Viewing angles [degree]: from below, so that the pad (z < 0) is seen."""
 
 
 def worst_fields(found: Results) -> Plate | None:
@@ -84,7 +83,7 @@ def _strip(band: Any, found: Results, row: int, entry: int, position: np.ndarray
         panel = band.add_subplot(grid[column], projection="3d")
         norm, colour = (own, colormaps["magma_r"]) if name == "difference" else (common, colormaps["viridis"])
         shape = position + np.clip(moved[name] * DRAWN_AS / largest, -2 * DRAWN_AS, 2 * DRAWN_AS)
-        _skin(panel, shape, quads, colour(norm(values[quads].mean(axis=1))), loads)
+        draw_skin(panel, shape, quads, colour(norm(values[quads].mean(axis=1))), marks=loads)
         panel.set_title(name, fontsize=10, y=0.95)
     for column, norm, colours, label in ((0, common, "viridis", "|u|"), (4, own, "magma_r", "|difference|")):
         most = float(norm.vmax or 0.0)
@@ -97,24 +96,6 @@ def _strip(band: Any, found: Results, row: int, entry: int, position: np.ndarray
         text = words.power if unit == "m" else words.significant
         bar.set_ticks(list(ticks), labels=[text(t * factor, 2) if t > 0 else "0" for t in ticks], fontsize=8)
     band.suptitle(_case_title(found, row, entry), fontsize=10.5, x=0.01, ha="left")
-
-
-def _skin(axes: Any, shape: np.ndarray, quads: np.ndarray, colours: np.ndarray, loads: np.ndarray) -> None:
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    surface = Poly3DCollection(shape[quads], facecolors=colours, edgecolors="#00000030", linewidths=0.2, clip_on=False)
-    axes.add_collection3d(surface)
-    points = axes.plot(*shape[loads].T, "o", color="black", markeredgecolor="white", markersize=6, zorder=1e6,
-                       clip_on=False)
-    for drawn in (surface, *points):
-        drawn.set_in_layout(False)
-    low, high = shape.min(axis=0), shape.max(axis=0)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=1.45)
-    axes.set_proj_type("ortho")
-    axes.computed_zorder = False
-    axes.view_init(ELEVATION, AZIMUTH)
-    axes.set_axis_off()
 
 
 def magnitude(field: np.ndarray) -> np.ndarray:
