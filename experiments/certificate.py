@@ -61,7 +61,7 @@ def draw(results: xr.Dataset) -> list[Plate]:
     axes.set_xlabel("true relative energy error [-]")
     axes.set_ylabel("certified bound [-]")
     axes.legend()
-    return [Plate("figure.png", figure, "Every point is one random case and model; on the line the bound would equal the error.",
+    return [Plate("figure.png", figure, "Each point is a random case; on the line the bound would equal the error.",
                   "Certified bound over true energy error")]
 
 
