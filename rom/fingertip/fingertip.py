@@ -21,6 +21,9 @@ from rom.fingertip.shell import Floats, Ints, MeshDensity
 
 Rear = Literal["free", "fixed"]
 
+DIRECTIONS = ("normal", "radial-ulnar", "distal-proximal")
+"""Directions of a load on the skin; see `Fingertip.skin_frame`."""
+
 PRESETS = {
     # 11,817 nodes, 10,240 elements and 512 rear nodes, beside the modal study's 11,637, 10,080 and 512
     "study": MeshDensity((16, 16), 8, 8),
@@ -174,6 +177,60 @@ class Fingertip:
             )
         node = int(self.mesh.pad_nodes[index])
         return self.point_force(node, -self.mesh.normals[node])
+
+    def skin_frame(self, node: int) -> dict[str, Floats]:
+        """Orthonormal directions of loading at a skin node, keyed as in `DIRECTIONS`.
+
+        Parameters
+        ----------
+        node : int
+            Skin node.
+
+        Returns
+        -------
+        frame : dict of (3,) ndarray [-]
+            "normal" points into the skin, "distal-proximal" along it towards the tip, "radial-ulnar" across.
+
+        Raises
+        ------
+        ValueError
+            For a node that is not on the skin, or whose normal is the finger's long axis.
+        """
+        self.mesh.check_skin_node(node)
+        normal = -self.mesh.normals[node]
+        along = np.array([1.0, 0.0, 0.0]) - normal[0] * normal
+        length = np.linalg.norm(along)
+        if length < 1e-6:
+            raise ValueError(f"Node {node} looks along the finger, where distal has no meaning: choose a pad node.")
+        along /= length
+        across = np.cross(normal, along)
+        across *= -1.0 if across[1] < 0 else 1.0
+        return dict(zip(DIRECTIONS, (normal, across, along), strict=True))
+
+    def patch_force(self, node: int, direction: str) -> Floats:
+        """Unit force shared equally by the nodes of ``mesh.skin_patch(node)``, as a right-hand side.
+
+        Parameters
+        ----------
+        node : int
+            Skin node at the patch's centre.
+        direction : str
+            One of `DIRECTIONS`, at the centre node.
+
+        Returns
+        -------
+        force : (n_free,) ndarray [N]
+            The nine nodes of a regular patch carry 1/9 N each.
+
+        Raises
+        ------
+        ValueError
+            For an unknown direction, a node off the skin, or a patch with a held node.
+        """
+        if direction not in DIRECTIONS:
+            raise ValueError(f"There is no direction {direction!r}: choose one of {', '.join(DIRECTIONS)}.")
+        vector, patch = self.skin_frame(node)[direction], self.mesh.skin_patch(node)
+        return sum((self.point_force(int(one), vector / len(patch)) for one in patch), np.zeros(len(self.free_dofs)))
 
     @cached_property
     def pad_loads(self) -> sparse.csc_matrix:

@@ -106,6 +106,14 @@ class FingertipMesh:
         """(n_skin,) ndarray : the last shell."""
         return np.arange(self.n_nodes - self.nodes_per_shell, self.n_nodes)
 
+    def check_skin_node(self, node: int) -> None:
+        """Raise ValueError for a node that is not on the skin."""
+        if not 0 <= node < self.nodes_per_shell:
+            raise ValueError(
+                f"Node {node} is not on the skin, whose nodes go from 0 to {self.nodes_per_shell - 1}: "
+                "choose one of those, e.g. a pad node."
+            )
+
     def skin_patch(self, node: int) -> Ints:
         """Skin nodes of the quadrilaterals around a skin node, itself included; usually nine.
 
@@ -114,11 +122,7 @@ class FingertipMesh:
         ValueError
             For a node that is not on the skin.
         """
-        if not 0 <= node < self.nodes_per_shell:
-            raise ValueError(
-                f"Node {node} is not on the skin, whose nodes go from 0 to {self.nodes_per_shell - 1}: "
-                "choose one of those, e.g. a pad node."
-            )
+        self.check_skin_node(node)
         return np.unique(self.skin_quads[(self.skin_quads == node).any(axis=1)])
 
     @cached_property

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import norm
 
-from rom.fingertip import Anatomy, Fingertip, MeshDensity, elasticity
+from rom.fingertip import DIRECTIONS, Anatomy, Fingertip, MeshDensity, elasticity
 from rom.fullorder import factorize
 
 
@@ -115,3 +115,27 @@ def test_content_hash_follows_every_part(coarse):
     hashes = {tip.content_hash for tip in [coarse, *others]}
     assert len(hashes) == len(others) + 1
     assert Fingertip(density=density).content_hash == coarse.content_hash
+
+
+def test_patch_force_is_one_newton_shared_by_nine_nodes():
+    tip = Fingertip(density=MeshDensity((8, 8), 4, 4, (1, 1, 1, 1)))
+    node = tip.mesh.fingerprint_centroid
+    frame = tip.skin_frame(node)
+    axes = np.stack([frame[name] for name in DIRECTIONS])
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
+    assert frame["normal"][2] > 0.8  # into a skin that looks down
+    assert frame["distal-proximal"][0] > 0.8
+    assert frame["radial-ulnar"][1] == pytest.approx(1.0)  # the centroid lies on the mid-plane
+    for name in DIRECTIONS:
+        full = np.zeros(3 * tip.mesh.n_nodes)
+        full[tip.free_dofs] = tip.patch_force(node, name)
+        nodal = full.reshape(-1, 3)
+        loaded = np.flatnonzero(np.abs(nodal).max(axis=1))
+        np.testing.assert_array_equal(loaded, tip.mesh.skin_patch(node))
+        assert len(loaded) == 9
+        np.testing.assert_allclose(nodal.sum(axis=0), frame[name], atol=1e-14)
+
+
+def test_unknown_direction_of_a_patch_is_refused(coarse):
+    with pytest.raises(ValueError, match="no direction 'up': choose one of normal"):
+        coarse.patch_force(coarse.mesh.fingerprint_centroid, "up")
