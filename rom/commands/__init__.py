@@ -1,0 +1,1 @@
+"""Sub-commands of `rom`, one a file: each offers ``add(commands)``, which adds its parser."""
