@@ -50,7 +50,8 @@ class DynamicStiffness:
         frequency : float [Hz]
             At least 0.
         loss_factor : float [1]
-            At least 0; multiplies all of K, on top of what a complex K holds already.
+            At least 0, the same for the whole body; adds to the loss factors that a complex K holds already:
+            Z = K + i eta Re K - omega^2 M.
 
         Raises
         ------
@@ -60,7 +61,8 @@ class DynamicStiffness:
         check_not_negative(frequency, "frequency", "Hz")
         check_not_negative(loss_factor, "loss factor", "1")
         omega = 2 * math.pi * frequency
-        return self._combine((1 + 1j * loss_factor) * self._stiffness.values - omega**2 * self._mass.values)
+        elastic = self._stiffness.values
+        return self._combine(elastic + 1j * loss_factor * elastic.real - omega**2 * self._mass.values)
 
     def shifted(self, shift: float) -> SymmetricMatrix:
         """K - shift M, of the dtype of K.

@@ -1,8 +1,9 @@
 """Linear second-order model K u + M u'' = f with structural damping: statics, harmonics, modes.
 
-With u(t) = Re(u e^{+i omega t}) the complex stiffness is K* = K (1 + i eta); eta > 0 dissipates.
+With u(t) = Re(u e^{+i omega t}) the complex stiffness is K* = K (1 + i eta) + i L; eta > 0 dissipates, and so does a
+loss stiffness L, the sum of eta_t K_t where tissues t have loss factors of their own; usually there is none.
 Mean powers over a period follow from f = Z u: the input (1/2) Re(f^H i omega u) = -(omega / 2) Im(f^H u) equals
-the dissipation (omega / 2) eta u^H K u.
+the dissipation (omega / 2) u^H (eta K + L) u.
 """
 
 from __future__ import annotations
@@ -39,29 +40,43 @@ class SecondOrderModel:
         Real symmetric.
     mass : (n, n) scipy sparse matrix [kg], optional
         Real symmetric, positive definite; not needed for statics.
+    loss_stiffness : (n, n) scipy sparse matrix [N/m], optional
+        Imaginary part L of the complex stiffness beside the loss factor's: real symmetric, positive semi-definite.
+        Statics and natural modes are those of the real K.
     backend : {"auto", "pardiso", "superlu"}
         See `rom.fullorder.factorization.factorize`.
 
     Raises
     ------
     ValueError
-        If a matrix is not sparse, square, real, finite and symmetric, or their sizes differ.
+        If a matrix is not sparse, square, real, finite and symmetric, their sizes differ, or the loss stiffness
+        has a negative number on its diagonal.
     """
 
-    def __init__(self, stiffness: Any, mass: Any = None, *, backend: str = "auto") -> None:
-        for matrix, name in ((stiffness, "stiffness matrix"), (mass, "mass matrix")):
-            if matrix is None and name == "mass matrix":
-                continue
+    def __init__(
+        self, stiffness: Any, mass: Any = None, *, loss_stiffness: Any = None, backend: str = "auto"
+    ) -> None:
+        others = {"mass matrix": mass, "loss stiffness": loss_stiffness}
+        given = {"stiffness matrix": stiffness} | {name: one for name, one in others.items() if one is not None}
+        for name, matrix in given.items():
             check_symmetric(matrix, name)
             if matrix.dtype.kind == "c":
-                raise ValueError(f"the {name} is complex: it must be real, damping enters by the loss factor")
-        if mass is not None and mass.shape != stiffness.shape:
+                raise ValueError(
+                    f"the {name} is complex: it must be real, damping enters by the loss factor and by loss_stiffness"
+                )
+            if matrix.shape != stiffness.shape:
+                raise ValueError(
+                    f"the {name} has shape {matrix.shape} and the stiffness matrix {stiffness.shape}: "
+                    "both must describe the same dofs"
+                )
+        if loss_stiffness is not None and not np.all(loss_stiffness.diagonal() >= 0):
             raise ValueError(
-                f"the mass matrix has shape {mass.shape} and the stiffness matrix {stiffness.shape}: "
-                "both must describe the same dofs"
+                f"the loss stiffness has {np.min(loss_stiffness.diagonal()):.3g} N/m on its diagonal: it must be "
+                "positive semi-definite, as loss factors of at least 0 make it"
             )
         self.backend = choose_backend(backend)
         self.stiffness = sp.csr_array(stiffness)
+        self.loss_stiffness = None if loss_stiffness is None else sp.csr_array(loss_stiffness)
         self._mass = None if mass is None else sp.csr_array(mass)
         self._static: Factorization | None = None
         self._dynamic_stiffness: DynamicStiffness | None = None
@@ -95,9 +110,11 @@ class SecondOrderModel:
 
     @property
     def dynamic_stiffness(self) -> DynamicStiffness:
-        """K and M on their common pattern."""
+        """K, complex where there is a loss stiffness, and M on their common pattern."""
         if self._dynamic_stiffness is None:
-            self._dynamic_stiffness = DynamicStiffness(self.stiffness, self.mass)
+            loss = self.loss_stiffness
+            elastic = self.stiffness if loss is None else self.stiffness + 1j * loss
+            self._dynamic_stiffness = DynamicStiffness(elastic, self.mass)
         return self._dynamic_stiffness
 
     def solve_static(self, force: ArrayLike, *, reuse_factor: bool = True) -> NDArray:
@@ -154,7 +171,7 @@ class SecondOrderModel:
     def solve_harmonic(
         self, force: ArrayLike, frequency: float, loss_factor: float, *, reuse_factor: bool = True
     ) -> NDArray[np.complex128]:
-        """Complex amplitude of the displacement, (K (1 + i eta) - omega^2 M) u = f.
+        """Complex amplitude of the displacement, (K (1 + i eta) + i L - omega^2 M) u = f.
 
         Parameters
         ----------
@@ -162,6 +179,7 @@ class SecondOrderModel:
             Real or complex amplitudes.
         frequency : float [Hz]
         loss_factor : float [1]
+            Of the whole body, beside the loss stiffness; 0 where that says all.
         reuse_factor : bool
             See `harmonic_factorization`.
 
@@ -226,7 +244,7 @@ class SecondOrderModel:
         return _relative(product - f, f)
 
     def dissipated_power(self, displacement: ArrayLike, frequency: float, loss_factor: float) -> NDArray[np.float64]:
-        """Mean power lost to structural damping, (omega / 2) eta u^H K u >= 0.
+        """Mean power lost to structural damping, (omega / 2) u^H (eta K + L) u >= 0.
 
         Parameters
         ----------
@@ -241,7 +259,10 @@ class SecondOrderModel:
         check_not_negative(frequency, "frequency", "Hz")
         check_not_negative(loss_factor, "loss factor", "1")
         u = self._field(displacement, "displacement")
-        return math.pi * frequency * loss_factor * np.sum(u.conj() * _real_times(self.stiffness, u), axis=0).real
+        lost = loss_factor * _real_times(self.stiffness, u)
+        if self.loss_stiffness is not None:
+            lost = lost + _real_times(self.loss_stiffness, u)
+        return math.pi * frequency * np.sum(u.conj() * lost, axis=0).real
 
     def input_power(self, force: ArrayLike, displacement: ArrayLike, frequency: float) -> NDArray[np.float64]:
         """Mean power that the force puts in, (1/2) Re(f^H i omega u).
@@ -270,7 +291,8 @@ class SecondOrderModel:
         check_not_negative(frequency, "frequency", "Hz")
         check_not_negative(loss_factor, "loss factor", "1")
         inertia = (2 * math.pi * frequency) ** 2 * _real_times(self.mass, u)
-        return (1 + 1j * loss_factor) * _real_times(self.stiffness, u) - inertia
+        elastic = (1 + 1j * loss_factor) * _real_times(self.stiffness, u) - inertia
+        return elastic if self.loss_stiffness is None else elastic + 1j * _real_times(self.loss_stiffness, u)
 
     def _solve(self, factor: Factorization, force: ArrayLike, apply: Callable[[NDArray], NDArray]) -> NDArray:
         f = self._field(force, "force")

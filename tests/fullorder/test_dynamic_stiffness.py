@@ -41,6 +41,10 @@ def test_loss_factors_by_tissue(rod):
     together = DynamicStiffness(soft * (1 + 0.1j) + hard * (1 + 0.4j), body.mass).harmonic(100.0)
     one = DynamicStiffness(body.stiffness, body.mass).harmonic(100.0, 0.25 * 0.1 + 0.75 * 0.4)
     np.testing.assert_allclose(dense(together), dense(one), rtol=1e-13)
+    # a further loss factor of the whole body adds to each tissue's
+    more = DynamicStiffness(body.stiffness * (1 + 0.2j), body.mass).harmonic(100.0, 0.05)
+    np.testing.assert_allclose(
+        dense(more), dense(DynamicStiffness(body.stiffness, body.mass).harmonic(100.0, 0.25)), rtol=1e-13)
 
 
 def test_product_from_one_triangle(block, rng):
