@@ -215,7 +215,7 @@ def _jacobians(mesh: FingertipMesh, points: StrainPoints) -> tuple[Floats, Float
 def _gradients(mesh: FingertipMesh, points: StrainPoints) -> tuple[Floats, Floats]:
     """Derivatives of the shape functions by position, (p, 8, 3) ndarray [1/m], and Jacobian determinants [m3]."""
     slopes, jacobian = _jacobians(mesh, points)
-    gradient: Floats = np.linalg.solve(jacobian, slopes.transpose(0, 2, 1)).transpose(0, 2, 1)
+    gradient = np.asarray(np.linalg.solve(jacobian, slopes.transpose(0, 2, 1)).transpose(0, 2, 1), dtype=np.float64)
     return gradient, np.linalg.det(jacobian)
 
 
