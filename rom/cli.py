@@ -137,12 +137,12 @@ def _compare(arguments: argparse.Namespace) -> None:
 
 def _report(arguments: argparse.Namespace) -> None:
     from rom.comparison import compare, write_results
+    from rom.comparison.settings import COMPARED
     from rom.reporting import conclusions, verdict, write_index, write_report
-    from rom.scenes import SCENES
 
     arguments.output.mkdir(parents=True, exist_ok=True)
     pages = []
-    for name in SCENES:
+    for name in COMPARED:
         folder = arguments.output / name
         results = compare(name, quick=arguments.quick, seed=arguments.seed, progress=bar)
         write_results(results, folder)

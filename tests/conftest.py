@@ -6,7 +6,7 @@ import pytest
 
 from rom.datasets import make_dataset, read_dataset
 from rom.fingertip import Fingertip, MeshDensity
-from rom.scenes import HarmonicPointForce, StaticPointForces, get_scene
+from rom.scenes import HarmonicPatchForces, HarmonicPointForce, StaticPointForces, get_scene
 
 SMALL = MeshDensity((4, 4), 2, 2, (1, 1, 1, 2))
 TINY = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
@@ -43,6 +43,15 @@ def harmonic(small_tip):
 
 
 @pytest.fixture(scope="session")
+def patches(small_tip):
+    """Two patches on the pad, beside each other: six unit loads."""
+    mesh = small_tip.mesh
+    centre = mesh.fingerprint_centroid
+    beside = next(int(node) for node in mesh.skin_patch(centre) if node in mesh.pad_nodes and node != centre)
+    return get_scene(HarmonicPatchForces.name, small_tip, sites=(centre, beside))
+
+
+@pytest.fixture(scope="session")
 def tiny_harmonic(tiny_tip):
     return get_scene(HarmonicPointForce.name, tiny_tip)
 
@@ -58,6 +67,11 @@ def harmonic_file(harmonic, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def patches_file(patches, tmp_path_factory):
+    return make_dataset(patches, 96, tmp_path_factory.mktemp("patches") / "patches.nc", beyond=16, seed=3)
+
+
+@pytest.fixture(scope="session")
 def static_data(static_file):
     return read_dataset(static_file)
 
@@ -68,15 +82,21 @@ def harmonic_data(harmonic_file):
 
 
 @pytest.fixture(scope="session")
-def scene_of(static, harmonic):
-    """A scene on the small mesh, by name."""
-    return {scene.name: scene for scene in (static, harmonic)}
+def patches_data(patches_file):
+    return read_dataset(patches_file)
 
 
 @pytest.fixture(scope="session")
-def data_of(static_data, harmonic_data):
+def scene_of(static, harmonic, patches):
+    """A scene on the small mesh, by name."""
+    return {scene.name: scene for scene in (static, harmonic, patches)}
+
+
+@pytest.fixture(scope="session")
+def data_of(static_data, harmonic_data, patches_data):
     """A dataset of a scene on the small mesh, by the scene's name."""
-    return {StaticPointForces.name: static_data, HarmonicPointForce.name: harmonic_data}
+    return {StaticPointForces.name: static_data, HarmonicPointForce.name: harmonic_data,
+            HarmonicPatchForces.name: patches_data}
 
 
 @pytest.fixture(scope="session")

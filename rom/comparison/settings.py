@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from rom.scenes import HarmonicPointForce, StaticPointForces
+from rom.scenes import HarmonicPatchForces, HarmonicPointForce, StaticPointForces
 
 
 class Curve(NamedTuple):
@@ -52,6 +52,9 @@ CURVES: dict[str, dict[str, Curve]] = {
     },
 }
 
+COMPARED: tuple[str, ...] = tuple(CURVES)
+"""The scenes that `rom compare` takes and `rom report` goes through; others have experiments of their own."""
+
 QUICK_CURVES: dict[str, dict[str, Curve]] = {
     StaticPointForces.name: {
         "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
@@ -80,6 +83,14 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
         "superposition": "unit-load responses differ at every frequency and loss factor; storing them all is a look-up "
                          "table, not a model",
         "transformer": "is the published network for several static forces; one force needs no attention",
+    },
+    HarmonicPatchForces.name: {
+        "superposition": "unit-load responses differ at every frequency and loss factor; storing them all is a look-up "
+                         "table, not a model",
+        "pod-regression": "interpolates over the pad's nodes; a few patches leave nothing to interpolate",
+        "transformer": "is the published network for several static forces",
+        "mlp": "is the published network for one normal force at a pad node",
+        "mlp-residual": "is the published network's variant for one normal force at a pad node",
     },
 }
 

@@ -15,7 +15,7 @@ from rom.cache import cached_path
 from rom.comparison.entries import Truth, fit_entries
 from rom.comparison.errors import relative_errors
 from rom.comparison.held_out import measure_errors, worst_fields
-from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, Curve
+from rom.comparison.settings import COMPARED, CURVES, NOT_APPLICABLE, QUICK_CURVES, Curve
 from rom.comparison.times import BATCH, measure_times
 from rom.comparison.timing import threads_in_use
 from rom.datasets import SPLITS, make_dataset, read_dataset, select
@@ -23,7 +23,7 @@ from rom.datasets.storage import whole_file, write_netcdf
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import METHODS, create, metamodel_class
 from rom.provenance import machine, source_digest, stamp
-from rom.scenes import SCENES, CaseArrays, Scene, get_scene
+from rom.scenes import CaseArrays, Scene, get_scene
 
 SEED = 2026
 """Default seed of a comparison: nothing that learns was designed or tuned on its held-out cases."""
@@ -107,8 +107,8 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
 
 def chosen_curves(scene_name: str, methods: list[str] | None, quick: bool) -> dict[str, Curve]:
     """Settings of the methods asked for; ValueError for one that is unknown or does not apply."""
-    if scene_name not in SCENES:
-        raise ValueError(f"{scene_name!r} is no scene: choose one of {', '.join(SCENES)}")
+    if scene_name not in COMPARED:
+        raise ValueError(f"{scene_name!r} is no scene that is compared: choose one of {', '.join(COMPARED)}")
     curves = (QUICK_CURVES if quick else CURVES)[scene_name]
     if methods is None:
         return curves

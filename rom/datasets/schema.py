@@ -114,5 +114,5 @@ def check_scene(data: xr.Dataset, scene: Scene, source: str = "the dataset") -> 
                           "give a dataset of this scene")
     if data.attrs.get("scene_hash") != scene.content_hash:
         found = str(data.attrs.get("scene_hash"))[:12]
-        raise SchemaError(f"{source} belongs to another anatomy or mesh ({found} instead of "
-                          f"{scene.content_hash[:12]}): make it again for this fingertip")
+        raise SchemaError(f"{source} belongs to another anatomy or mesh, or to other load sites ({found} instead "
+                          f"of {scene.content_hash[:12]}): make it again for this fingertip")

@@ -18,7 +18,7 @@ from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import room
 from rom.metamodels.direct import factor_bytes
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
+from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
 
 
 class CoarseFem(Metamodel):
@@ -26,7 +26,8 @@ class CoarseFem(Metamodel):
 
     name: ClassVar[str] = "coarse-fem"
     summary: ClassVar[str] = "solves the same finite-element model on a coarser mesh and interpolates"
-    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
+    scenes: ClassVar[tuple[str, ...]] = (
+        StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name)
     _model: SecondOrderModel
 
     def __init__(self, scene: Scene, scale: float = 0.6) -> None:
@@ -56,7 +57,7 @@ class CoarseFem(Metamodel):
         harmonic = self.scene.harmonic
         self._model = SecondOrderModel(self.other.stiffness, self.other.mass if harmonic else None)
         self._pad_prolongation = self._prolongation[self.scene.pad_rows]
-        self._loads = self._prolongation.T @ self.scene.pad_loads
+        self._loads = self._prolongation.T @ self.scene.unit_loads
         if harmonic:
             self._model.solve_harmonic(self._loads[:, :1], 1.0, 0.1)
 

@@ -15,7 +15,7 @@ import xarray as xr
 from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import room
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
+from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
 
 
 class Direct(Metamodel):
@@ -23,7 +23,8 @@ class Direct(Metamodel):
 
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "factorises and solves the full finite-element model for each case, symbolic phase reused"
-    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
+    scenes: ClassVar[tuple[str, ...]] = (
+        StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name)
     keeps_factor: ClassVar[bool] = False
     _model: SecondOrderModel
 

@@ -84,8 +84,8 @@ class Metamodel(ABC):
         Parameters
         ----------
         cases : xr.Dataset
-            ``load_node`` and ``force_amplitude`` (case, force), in harmonic scenes ``frequency`` and
-            ``loss_factor`` (case).
+            The scene's ``load_variables`` (case, force): ``load_node``, ``force_amplitude`` ...; in harmonic scenes
+            ``frequency`` and ``loss_factor`` (case).
 
         Returns
         -------
@@ -210,8 +210,9 @@ class Metamodel(ABC):
         if fitted != scene.name:
             raise SchemaError(f"{path} was fitted to the scene {fitted!r}, not to {scene.name!r}: give its own scene")
         if attributes["scene_hash"] != scene.content_hash or attributes["mesh_hash"] != scene.fingertip.mesh.mesh_hash:
-            raise SchemaError(f"{path} belongs to another anatomy or mesh ({str(attributes['scene_hash'])[:12]} "
-                              f"instead of {scene.content_hash[:12]}): fit the metamodel for this fingertip")
+            raise SchemaError(f"{path} belongs to another anatomy or mesh, or to other load sites "
+                              f"({str(attributes['scene_hash'])[:12]} instead of {scene.content_hash[:12]}): "
+                              "fit the metamodel for this fingertip")
         model = cls(scene, **json.loads(attributes["settings"]))
         model.offline_seconds = float(attributes["offline_seconds"])
         return model

@@ -30,7 +30,7 @@ from rom.metamodels.certificate import (
 )
 from rom.metamodels.lanczos import load_vectors
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import CaseArrays, HarmonicPointForce, Scene
+from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene
 
 
 class Modal(Metamodel):
@@ -46,7 +46,7 @@ class Modal(Metamodel):
 
     name: ClassVar[str] = "modal"
     summary: ClassVar[str] = "sums the natural modes within a band, nothing else"
-    scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
+    scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name, HarmonicPatchForces.name)
     eigenvalue: np.ndarray
     """(m,) ndarray [rad^2/s^2]"""
     participation: np.ndarray
@@ -80,7 +80,7 @@ class Modal(Metamodel):
     def _keep(self, modes: Modes) -> None:
         self.eigenvalue = modes.eigenvalue
         self.next_eigenvalue_bound = modes.next_eigenvalue_bound
-        self.participation = self.scene.pad_loads.T @ modes.shape
+        self.participation = self.scene.unit_loads.T @ modes.shape
         self._shapes = Basis(modes.shape.T, self.scene.pad_rows, self.settings["precision"])
 
     def coordinates(self, cases: CaseArrays) -> np.ndarray:
@@ -139,7 +139,7 @@ class ModalWithLoadVectors(Modal):
     def _fit(self, train: xr.Dataset) -> None:
         model, modes = self.scene.full_order, self._natural_modes()
         self._keep(modes)
-        found = load_vectors(model, modes, self.scene.pad_loads, self.n_vectors)
+        found = load_vectors(model, modes, self.scene.unit_loads, self.n_vectors)
         self.theta, self.first, self.last, self.beta = found.theta, found.first, found.last, found.beta
         self._own = Basis(found.vectors, self.scene.pad_rows, self.settings["precision"])
         self.defect = mode_defect(model, modes)

@@ -18,7 +18,7 @@ import xarray as xr
 
 from rom.metamodels.basis import Basis, check_precision, combine
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
+from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
 
 MAX_RANK = 800
 """POD modes kept at most: more would cost memory and nobody could afford them online."""
@@ -118,7 +118,8 @@ class PodGalerkin(Metamodel):
 
     name: ClassVar[str] = "pod-galerkin"
     summary: ClassVar[str] = "projects the full model on the principal directions of its own snapshots"
-    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
+    scenes: ClassVar[tuple[str, ...]] = (
+        StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name)
     learns: ClassVar[bool] = True
     _basis: Basis
 
@@ -148,7 +149,7 @@ class PodGalerkin(Metamodel):
             change = sla.solve_triangular(lower, np.eye(len(lower)), lower=True).T
             self.eigenvalue = np.ones(len(lower))
         shapes = vectors @ change
-        self.participation = self.scene.pad_loads.T @ shapes
+        self.participation = self.scene.unit_loads.T @ shapes
         self._basis = Basis(shapes.T, self.scene.pad_rows, self.settings["precision"])
 
     def coordinates(self, cases: CaseArrays) -> np.ndarray:

@@ -33,7 +33,7 @@ class Superposition(Metamodel):
         return (self.scene.max_forces + 1) * row
 
     def _fit(self, train: xr.Dataset) -> None:
-        responses = self.scene.full_order.solve_static(self.scene.pad_loads)
+        responses = self.scene.full_order.solve_static(self.scene.unit_loads)
         self._basis = Basis(responses.T, self.scene.pad_rows, self.settings["precision"])
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:

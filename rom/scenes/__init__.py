@@ -3,32 +3,45 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 from rom.fingertip import Fingertip
+from rom.scenes.cases import NO_FORCE, CaseArrays
+from rom.scenes.harmonic_patch_forces import HarmonicPatchForces
 from rom.scenes.harmonic_point_force import HarmonicPointForce
-from rom.scenes.scene import NO_FORCE, CaseArrays, Scene
+from rom.scenes.scene import Scene
 from rom.scenes.static_point_forces import StaticPointForces
 
-__all__ = ["NO_FORCE", "SCENES", "CaseArrays", "HarmonicPointForce", "Scene", "StaticPointForces", "get_scene",
-           "scene_from_json"]
+__all__ = ["NO_FORCE", "SCENES", "CaseArrays", "HarmonicPatchForces", "HarmonicPointForce", "Scene",
+           "StaticPointForces", "get_scene", "scene_from_json"]
 
-SCENES: dict[str, type[Scene]] = {kind.name: kind for kind in (StaticPointForces, HarmonicPointForce)}
+SCENES: dict[str, type[Scene]] = {
+    kind.name: kind for kind in (StaticPointForces, HarmonicPointForce, HarmonicPatchForces)}
 
 
-def get_scene(name: str, fingertip: Fingertip | None = None, outputs: str = "field") -> Scene:
+def get_scene(name: str, fingertip: Fingertip | None = None, outputs: str = "field", **options: Any) -> Scene:
     """The scene called ``name``, on the `metamodel` preset unless a fingertip is given.
+
+    Parameters
+    ----------
+    **options
+        Of this scene alone, such as the ``sites`` of `harmonic-patch-forces`.
 
     Raises
     ------
     ValueError
-        For a name that is not a scene.
+        For a name that is not a scene, or an option that the scene does not take.
     """
     if name not in SCENES:
         raise ValueError(f"{name!r} is no scene: choose one of {', '.join(SCENES)}")
-    return SCENES[name](fingertip or Fingertip.preset("metamodel"), outputs)
+    kind = SCENES[name]
+    unknown = [option for option in options if option not in kind.__dataclass_fields__]
+    if unknown:
+        raise ValueError(f"{name} does not take the option {unknown[0]}: leave it out")
+    return kind(fingertip or Fingertip.preset("metamodel"), outputs, **options)
 
 
 def scene_from_json(text: str) -> Scene:
     """The scene that :meth:`Scene.to_json` described."""
     record = json.loads(text)
-    return get_scene(record["scene"], Scene.fingertip_from(record), record["outputs"])
+    return get_scene(record["scene"], Scene.fingertip_from(record), record["outputs"], **record.get("options", {}))

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from rom.scenes.scene import CaseArrays, Scene
+from rom.scenes.cases import CaseArrays
+from rom.scenes.scene import Scene
 
 FREQUENCY = np.arange(1.0, 301.0)
 LOSS_FACTOR = np.round(np.arange(0.10, 0.501, 0.05), 2)
@@ -79,9 +80,3 @@ class HarmonicPointForce(Scene):
         region[frequency > FREQUENCY[-1]] = 3
         region[(loss_factor < LOSS_FACTOR[0] - 1e-9) | (loss_factor > LOSS_FACTOR[-1] + 1e-9)] = 4
         return region
-
-    def groups(self, arrays: CaseArrays) -> list[np.ndarray]:
-        points = np.column_stack([arrays.frequency, arrays.loss_factor])
-        _, inverse = np.unique(points, axis=0, return_inverse=True)
-        order = np.argsort(inverse, kind="stable")
-        return np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)

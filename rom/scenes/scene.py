@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
@@ -19,42 +18,7 @@ import xarray as xr
 
 from rom.fingertip import Anatomy, Fingertip, MeshDensity
 from rom.fullorder import SecondOrderModel
-
-LOAD_VARIABLES = ("load_node", "force_amplitude")
-NO_FORCE = -1
-"""Stands in ``load_node`` where a case has fewer forces than the dataset has room for."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class CaseArrays:
-    """The inputs of a block of cases as plain arrays: what the lean calls take.
-
-    Parameters
-    ----------
-    node : (n_case, n_force) ndarray of int
-        Row of the load in ``mesh.pad_nodes`` (not the mesh's node id); any row where the force is zero.
-    force : (n_case, n_force) ndarray [N]
-        Amplitude along the inward normal.
-    frequency : (n_case,) ndarray [Hz] or None
-    loss_factor : (n_case,) ndarray or None
-    """
-
-    node: np.ndarray
-    force: np.ndarray
-    frequency: np.ndarray = None  # type: ignore[assignment]  # static scenes have none and never read it
-    loss_factor: np.ndarray = None  # type: ignore[assignment]
-
-    def __len__(self) -> int:
-        """Number of cases."""
-        return len(self.node)
-
-    def __iter__(self) -> Iterator[np.ndarray]:
-        """The four fields, in order."""
-        return iter((self.node, self.force, self.frequency, self.loss_factor))
-
-    def take(self, index) -> CaseArrays:
-        """The cases at ``index`` (slice, mask or integers)."""
-        return CaseArrays(*(a if a is None else a[index] for a in self))
+from rom.scenes.cases import LOAD_VARIABLES, NO_FORCE, CaseArrays, check_shapes, finite, positions_of
 
 
 @dataclass(frozen=True)
@@ -74,6 +38,10 @@ class Scene(ABC):
     """Upper end of the published frequency range [Hz]."""
     max_forces: ClassVar[int]
     """Number of simultaneous forces in the published range; more are extrapolation."""
+    load_variables: ClassVar[tuple[str, ...]] = LOAD_VARIABLES
+    """Variables of labelled cases that describe each force, (case, force)."""
+    defaults: ClassVar[dict[str, Any]] = {}
+    """What stands for a variable that labelled cases may leave out."""
     inputs: ClassVar[dict[str, str]]
     needs: ClassVar[dict[str, str]]
     leaves_out: ClassVar[dict[str, str]]
@@ -97,6 +65,16 @@ class Scene(ABC):
         """(n_free, n_pad) ndarray [-]: unit inward normal force at each pad node."""
         loads = self.fingertip.pad_loads
         return np.asarray(loads.todense()) if hasattr(loads, "todense") else loads
+
+    @property
+    def unit_loads(self) -> np.ndarray:
+        """(n_free, n_load) ndarray [-]: what the scene's forces multiply; methods need not know what they are."""
+        return self.pad_loads
+
+    @property
+    def n_loads(self) -> int:
+        """Number of unit loads."""
+        return self.n_pad
 
     @cached_property
     def pad_rows(self) -> np.ndarray:
@@ -125,14 +103,19 @@ class Scene(ABC):
         return len(self.fingertip.mesh.pad_nodes)
 
     @property
+    def point_variables(self) -> tuple[str, ...]:
+        """Variables of labelled cases that describe the operating point, (case,)."""
+        return ("frequency", "loss_factor") if self.harmonic else ()
+
+    @property
     def dtype(self) -> np.dtype:
         return np.dtype(np.complex128 if self.harmonic else np.float64)
 
     def force_vectors(self, cases: CaseArrays) -> np.ndarray:
-        """(n_free, n_case) ndarray [N]: the right-hand sides, Fortran-ordered."""
-        vectors = np.zeros((self.n_free, len(cases)), order="F")
+        """(n_free, n_case) ndarray [N]: the right-hand sides, Fortran-ordered, complex where the forces are."""
+        vectors = np.zeros((self.n_free, len(cases)), dtype=np.result_type(cases.force, np.float64), order="F")
         for i in range(len(cases)):
-            vectors[:, i] = self.pad_loads[:, cases.node[i]] @ cases.force[i]
+            vectors[:, i] = self.unit_loads[:, cases.node[i]] @ cases.force[i]
         return vectors
 
     # ---- labels in, labels out ------------------------------------------------------------------------------
@@ -146,72 +129,49 @@ class Scene(ABC):
             For a missing variable, a value that is not finite or out of its domain, or a node that is not on the
             pad; one sentence with the value, the rule and the remedy.
         """
-        wanted = [*LOAD_VARIABLES] + (["frequency", "loss_factor"] if self.harmonic else [])
-        for name in wanted:
-            if name not in cases:
-                raise ValueError(f"cases of {self.name} lack the variable {name!r}: give all of {', '.join(wanted)}")
-        for name in wanted:
-            extra = set(cases[name].dims) - {"case"}
-            if "case" not in cases[name].dims or len(extra) > (name in LOAD_VARIABLES):
-                shape = "('case',) or ('case', 'force')" if name in LOAD_VARIABLES else "('case',)"
-                raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along {shape}")
-        if not cases.sizes["case"]:
-            raise ValueError(f"the batch of {self.name} holds no case: give at least one")
-        loads = {}
-        for name in LOAD_VARIABLES:
-            values = cases[name].transpose("case", ...).values
-            loads[name] = values[:, None] if values.ndim == 1 else values
-        if loads["load_node"].shape != loads["force_amplitude"].shape:
-            raise ValueError(f"load_node has shape {loads['load_node'].shape} and force_amplitude "
-                             f"{loads['force_amplitude'].shape}: each force needs one node and one amplitude")
-        force = _finite(loads["force_amplitude"], "force_amplitude", "N")
-        rows = self._pad_index(loads["load_node"])
+        loads, points = check_shapes(cases, self.name, self.load_variables, self.point_variables, self.defaults)
+        force, rows = self._read_loads(loads)
         present = rows != NO_FORCE
         if not present.any(axis=1).all():
             raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one pad node")
         force = np.where(present, force, 0.0)
         node = np.where(present, rows, 0)
-        if not self.harmonic:
-            return CaseArrays(node, force)
-        frequency = _finite(cases["frequency"].values, "frequency", "Hz")
-        loss_factor = _finite(cases["loss_factor"].values, "loss_factor", "1")
-        for name, values in (("frequency", frequency), ("loss_factor", loss_factor)):
-            if (values < 0).any():
-                raise ValueError(f"{name} {values.min():g} is negative: give zero or more")
-        return CaseArrays(node, force, frequency, loss_factor)
+        for name, values in points.items():
+            points[name] = finite(values, name, POINT_UNITS[name])
+            if (points[name] < 0).any():
+                raise ValueError(f"{name} {points[name].min():g} is negative: give zero or more")
+        return CaseArrays(node, force, **points)
+
+    def _read_loads(self, loads: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Forces [N] and columns of the unit loads, or NO_FORCE, both (n_case, n_force), from checked variables."""
+        return finite(loads["force_amplitude"], "force_amplitude", "N"), self._pad_index(loads["load_node"])
 
     def _pad_index(self, nodes: np.ndarray) -> np.ndarray:
-        nodes = np.asarray(nodes)
-        if not np.issubdtype(nodes.dtype, np.integer):
-            if nodes.dtype.kind != "f" or not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any():
-                raise ValueError("load_node holds a value that is no whole number: give ids of pad nodes")
-            nodes = nodes.astype(np.int64)
         pad = self.fingertip.mesh.pad_nodes
-        rows = np.minimum(np.searchsorted(pad, nodes), len(pad) - 1)
-        absent = nodes == NO_FORCE
-        wrong = (pad[rows] != nodes) & ~absent
-        if wrong.any():
-            raise ValueError(
-                f"node {int(nodes[wrong][0])} cannot carry load: only the {len(pad)} pad nodes can, ids from "
-                f"{pad[0]} to {pad[-1]} as listed in fingertip.mesh.pad_nodes")
-        return np.where(absent, NO_FORCE, rows)
+        return positions_of(
+            nodes, pad, f"cannot carry load: only the {len(pad)} pad nodes can, ids from {pad[0]} to "
+            f"{pad[-1]} as listed in fingertip.mesh.pad_nodes")
 
     def cases_from(self, arrays: CaseArrays) -> xr.Dataset:
         """Labelled cases from plain arrays: the inverse of :meth:`case_arrays`."""
-        pad = self.fingertip.mesh.pad_nodes
-        node = np.where(arrays.force == 0.0, NO_FORCE, pad[arrays.node]).astype(np.int32)
-        data: dict[str, Any] = {
-            "load_node": (("case", "force"), node, {
-                "long_name": "mesh node that carries the normal force", "units": "1", "missing_force": NO_FORCE}),
-            "force_amplitude": (("case", "force"), arrays.force, {
-                "long_name": "force amplitude along the inward normal", "units": "N"}),
-        }
+        data = self._label_loads(arrays)
         if arrays.frequency is not None and arrays.loss_factor is not None:
             data["frequency"] = ("case", arrays.frequency, {"long_name": "excitation frequency", "units": "Hz"})
             data["loss_factor"] = ("case", arrays.loss_factor, {
                 "long_name": "loss factor eta of K (1 + i eta)", "units": "1"})
         return xr.Dataset(data, coords={"case": ("case", np.arange(len(arrays)), {"long_name": "case", "units": "1"})},
                           attrs={"scene": self.name, "scene_hash": self.content_hash})
+
+    def _label_loads(self, arrays: CaseArrays) -> dict[str, Any]:
+        """Variables of :attr:`load_variables` from plain arrays."""
+        pad = self.fingertip.mesh.pad_nodes
+        node = np.where(arrays.force == 0.0, NO_FORCE, pad[arrays.node]).astype(np.int32)
+        return {
+            "load_node": (("case", "force"), node, {
+                "long_name": "mesh node that carries the normal force", "units": "1", "missing_force": NO_FORCE}),
+            "force_amplitude": (("case", "force"), arrays.force, {
+                "long_name": "force amplitude along the inward normal", "units": "N"}),
+        }
 
     def label(self, cases: xr.Dataset, values: np.ndarray, outputs: str | None = None) -> xr.Dataset:
         """Attach names, units and positions to answers.
@@ -267,7 +227,7 @@ class Scene(ABC):
 
     @property
     def content_hash(self) -> str:
-        """Changes with everything that changes the truth: anatomy, tissues, mesh, formulation, boundary."""
+        """Changes with everything that changes the truth: anatomy, tissues, mesh, formulation, boundary, loads."""
         return self.fingertip.content_hash
 
     def to_json(self) -> str:
@@ -275,7 +235,13 @@ class Scene(ABC):
         tip = self.fingertip
         return json.dumps({
             "scene": self.name, "outputs": self.outputs, "formulation": tip.formulation, "rear": tip.rear,
-            "anatomy": tip.anatomy.to_dict(), "density": tip.density.to_dict()}, sort_keys=True)
+            "anatomy": tip.anatomy.to_dict(), "density": tip.density.to_dict(), "options": self.options},
+            sort_keys=True)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """JSON-able arguments that a scene takes beside fingertip and outputs."""
+        return {}
 
     @classmethod
     def fingertip_from(cls, record: dict[str, Any]) -> Fingertip:
@@ -297,9 +263,14 @@ class Scene(ABC):
     def hard_region(self, arrays: CaseArrays, seed: int = 0) -> np.ndarray:
         """(n_case,) ndarray of int: 0 where a case belongs to hard training, k where to ``regions[k - 1]``."""
 
-    @abstractmethod
     def groups(self, arrays: CaseArrays) -> list[np.ndarray]:
         """Index arrays of cases that one factorization serves."""
+        if not self.harmonic:
+            return [np.arange(len(arrays))]
+        points = np.column_stack([arrays.frequency, arrays.loss_factor])
+        _, inverse = np.unique(points, axis=0, return_inverse=True)
+        order = np.argsort(inverse, kind="stable")
+        return np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)
 
     def held_out_nodes(self, seed: int = 0, fraction: float = 0.1) -> np.ndarray:
         """Rows of the pad nodes that the hard split keeps from training, drawn from ``seed``."""
@@ -307,16 +278,8 @@ class Scene(ABC):
         return np.sort(rng.choice(self.n_pad, size=max(1, round(fraction * self.n_pad)), replace=False))
 
 
+POINT_UNITS = {"frequency": "Hz", "loss_factor": "1"}
 TRUTH_VARIABLES = ("residual", "solve_seconds")
 """What a dataset says of its direct solves; no other method's answer may carry it."""
 AXES = {"x": "distance from the joint towards the tip", "y": "lateral position", "z": "position, dorsal positive"}
 
-
-def _finite(values: np.ndarray, name: str, unit: str) -> np.ndarray:
-    if values.dtype.kind not in "iuf":
-        raise ValueError(f"{name} is of type {values.dtype}: every value must be a real number of {unit}")
-    values = values.astype(float)
-    if not np.isfinite(values).all():
-        bad = values[~np.isfinite(values)].ravel()[0]
-        raise ValueError(f"{name} holds {bad}: every value must be a finite number of {unit}; mend or drop the case")
-    return values

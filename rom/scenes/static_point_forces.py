@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from rom.scenes.scene import CaseArrays, Scene
+from rom.scenes.cases import CaseArrays
+from rom.scenes.scene import Scene
 
 AMPLITUDE = (0.1, 1.0)
 """Sampled force amplitudes [N]; the model is linear, so any other amplitude scales exactly."""
@@ -73,6 +74,3 @@ class StaticPointForces(Scene):
         held = np.isin(arrays.node, self.held_out_nodes(seed)) & (arrays.force != 0.0)
         many = (arrays.force != 0.0).sum(axis=1) > self.max_forces
         return np.where(many, 2, np.where(held.any(axis=1), 1, 0))
-
-    def groups(self, arrays: CaseArrays) -> list[np.ndarray]:
-        return [np.arange(len(arrays))]

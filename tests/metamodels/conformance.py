@@ -60,7 +60,7 @@ class Row:
 
     def __str__(self) -> str:
         precision = "-float32" if self.settings.get("precision") == "float32" else ""
-        return f"{self.method}{precision}-{self.scene.split('-')[0]}"
+        return f"{self.method}{precision}-{self.scene}"
 
 
 ROWS = [Row(method, scene, settings) for method in METHODS for scene in SCENES

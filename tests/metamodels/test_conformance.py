@@ -55,7 +55,7 @@ def model(row, scene, train):
 @pytest.fixture(scope="module")
 def cases(scene, train):
     """Inputs alone, spread over the dataset."""
-    names = ["load_node", "force_amplitude", *(["frequency", "loss_factor"] if scene.harmonic else [])]
+    names = [*scene.load_variables, *scene.point_variables]
     return train[names].isel(case=np.linspace(0, train.sizes["case"] - 1, N_CASE).astype(int))
 
 
@@ -164,7 +164,7 @@ def test_amplitude_multiplies(row, model, arrays):
 
 def test_forces_add(row, scene, model):
     rng = np.random.default_rng(1)
-    node = np.stack([rng.permutation(scene.n_pad)[:5] for _ in range(3)])  # five: beyond what any scene draws
+    node = np.stack([rng.permutation(scene.n_loads)[:5] for _ in range(3)])  # five: beyond what any scene draws
     force = rng.uniform(0.1, 1.0, node.shape)
     point = (rng.uniform(1.0, 300.0, 3), rng.uniform(0.1, 0.5, 3)) if scene.harmonic else ()
     alone = [model.evaluate(CaseArrays(node[:, [j]], force[:, [j]], *point)) for j in range(5)]

@@ -186,8 +186,8 @@ class MlpResidual(Network):
         model, pad_rows, precision = self.scene.full_order, self.scene.pad_rows, self.settings["precision"]
         arrays, values = self._begin(train)
         modes = model.natural_modes(count=self.settings["modes"])
-        static = model.solve_static(self.scene.pad_loads).T
-        self.eigenvalue, self.participation = modes.eigenvalue, self.scene.pad_loads.T @ modes.shape
+        static = model.solve_static(self.scene.unit_loads).T
+        self.eigenvalue, self.participation = modes.eigenvalue, self.scene.unit_loads.T @ modes.shape
         loads = self._load_matrix(arrays)
         stiffness, s, powers = self._point(arrays)
         size = np.linalg.norm(values, axis=1, keepdims=True) * np.abs(stiffness)

@@ -1,0 +1,139 @@
+"""The inputs of a block of cases: as plain arrays, and the checks that turn labelled ones into them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+LOAD_VARIABLES = ("load_node", "force_amplitude")
+NO_FORCE = -1
+"""Stands in ``load_node`` where a case has fewer forces than the dataset has room for."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CaseArrays:
+    """The inputs of a block of cases as plain arrays: what the lean calls take.
+
+    Parameters
+    ----------
+    node : (n_case, n_force) ndarray of int
+        Column of the load in the scene's ``unit_loads`` (not a mesh node id); any column where the force is zero.
+    force : (n_case, n_force) ndarray [N]
+        What the unit load is multiplied by; complex where forces have phases.
+    frequency : (n_case,) ndarray [Hz] or None
+    loss_factor : (n_case,) ndarray or None
+    """
+
+    node: np.ndarray
+    force: np.ndarray
+    frequency: np.ndarray = None  # type: ignore[assignment]  # static scenes have none and never read it
+    loss_factor: np.ndarray = None  # type: ignore[assignment]
+
+    def __len__(self) -> int:
+        """Number of cases."""
+        return len(self.node)
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        """The four fields, in order."""
+        return iter((self.node, self.force, self.frequency, self.loss_factor))
+
+    def take(self, index) -> CaseArrays:
+        """The cases at ``index`` (slice, mask or integers)."""
+        return CaseArrays(*(a if a is None else a[index] for a in self))
+
+
+def check_shapes(cases: xr.Dataset, scene: str, loads: tuple[str, ...], points: tuple[str, ...],
+                 defaults: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Values of labelled cases, complete and of one shape; what they are worth is not looked at.
+
+    Parameters
+    ----------
+    cases : xr.Dataset
+    scene : str
+        Its name, for messages.
+    loads, points : tuple of str
+        Variables along (case, force), and along case.
+    defaults : mapping
+        Values for variables that may be left out.
+
+    Returns
+    -------
+    loads : dict of (n_case, n_force) ndarray
+    points : dict of (n_case,) ndarray
+
+    Raises
+    ------
+    ValueError
+        For a missing variable, a wrong dimension, shapes that differ, or no case at all.
+    """
+    wanted = [*loads, *points]
+    for name in wanted:
+        if name not in cases and name not in defaults:
+            raise ValueError(f"cases of {scene} lack the variable {name!r}: give all of {', '.join(wanted)}")
+    for name in wanted:
+        if name not in cases:
+            continue
+        extra = set(cases[name].dims) - {"case"}
+        if "case" not in cases[name].dims or len(extra) > (name in loads):
+            shape = "('case',) or ('case', 'force')" if name in loads else "('case',)"
+            raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along {shape}")
+    if not cases.sizes["case"]:
+        raise ValueError(f"the batch of {scene} holds no case: give at least one")
+    first = loads[0]
+    found = {}
+    for name in loads:
+        if name in cases:
+            values = cases[name].transpose("case", ...).values
+            found[name] = values[:, None] if values.ndim == 1 else values
+        else:
+            found[name] = np.full(found[first].shape, defaults[name])
+        if found[name].shape != found[first].shape:
+            raise ValueError(f"{first} has shape {found[first].shape} and {name} {found[name].shape}: each force needs "
+                             f"one value of {' and '.join(loads)}")
+    n_case = cases.sizes["case"]
+    return found, {name: cases[name].values if name in cases else np.full(n_case, defaults[name]) for name in points}
+
+
+def finite(values: np.ndarray, name: str, unit: str) -> np.ndarray:
+    """``values`` as real floating-point numbers; ValueError for other kinds, NaN and infinity."""
+    if values.dtype.kind not in "iuf":
+        raise ValueError(f"{name} is of type {values.dtype}: every value must be a real number of {unit}")
+    values = values.astype(float)
+    if not np.isfinite(values).all():
+        bad = values[~np.isfinite(values)].ravel()[0]
+        raise ValueError(f"{name} holds {bad}: every value must be a finite number of {unit}; mend or drop the case")
+    return values
+
+
+def positions_of(nodes: np.ndarray, allowed: np.ndarray, rule: str) -> np.ndarray:
+    """Positions of node ids in ``allowed``, NO_FORCE where no force acts.
+
+    Parameters
+    ----------
+    nodes : ndarray
+        Ids; whole numbers in a floating-point array will do.
+    allowed : (n,) ndarray of int
+    rule : str
+        How the sentence ends that refuses a node.
+
+    Raises
+    ------
+    ValueError
+        For a value that is no whole number, or a node that is not allowed.
+    """
+    nodes = np.asarray(nodes)
+    if not np.issubdtype(nodes.dtype, np.integer):
+        if nodes.dtype.kind != "f" or not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any():
+            raise ValueError("load_node holds a value that is no whole number: give ids of pad nodes")
+        nodes = nodes.astype(np.int64)
+    order = np.argsort(allowed, kind="stable")
+    rows = order[np.minimum(np.searchsorted(allowed, nodes, sorter=order), len(allowed) - 1)]
+    absent = nodes == NO_FORCE
+    wrong = (allowed[rows] != nodes) & ~absent
+    if wrong.any():
+        raise ValueError(f"node {int(nodes[wrong][0])} {rule}")
+    return np.where(absent, NO_FORCE, rows)
