@@ -6,6 +6,7 @@ missing. The final file is assembled under a temporary name and renamed, then th
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 import time
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from rom.cache import cached_path
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.splits import split_variables
 from rom.datasets.storage import open_netcdf, read_netcdf, remove_leftovers, write_in_blocks, write_netcdf
@@ -118,10 +120,43 @@ def make_dataset(scene: Scene, count: int, path: str | Path, *, beyond: int = 0,
     OSError
         Where the disk is full; finished pieces stay and the next run goes on from them.
     """
-    path = Path(path)
     arrays, cases = draw_cases(scene, count, beyond, seed)
-    recipe = {"scene": json.loads(scene.to_json()), "cases": count, "beyond": beyond, "seed": seed,
-              "source": source_digest("fullorder", "fingertip", "scenes", "datasets")}
+    recipe = {"scene": json.loads(scene.to_json()), "cases": count, "beyond": beyond, "seed": seed, "source": _source()}
+    return _make(scene, arrays, cases, Path(path), recipe, compress, progress)
+
+
+def solve_dataset(scene: Scene, arrays: CaseArrays, path: str | Path | None = None, *, compress: bool = False,
+                  progress: Progress = iter) -> Path:
+    """Like :func:`make_dataset`, for given cases: no draw, no splits, resumable all the same.
+
+    Parameters
+    ----------
+    arrays : CaseArrays
+    path : path, optional
+        Default: the cache, under a digest of scene, cases and source, where a finished one is found again.
+    progress : callable
+        See :func:`make_dataset`, as for the errors raised.
+
+    Returns
+    -------
+    Path
+    """
+    digest = hashlib.sha256()
+    for values in (a for a in arrays if a is not None):
+        digest.update(f"{values.shape} {values.dtype}".encode() + np.ascontiguousarray(values).tobytes())
+    recipe = {"scene": json.loads(scene.to_json()), "content": scene.content_hash, "cases": digest.hexdigest(),
+              "source": _source()}
+    path = Path(path or cached_path("answers", recipe))
+    return _make(scene, arrays, scene.cases_from(arrays), path, recipe, compress, progress)
+
+
+def _source() -> str:
+    return source_digest("fullorder", "fingertip", "scenes", "datasets")
+
+
+def _make(scene: Scene, arrays: CaseArrays, cases: xr.Dataset, path: Path, recipe: dict, compress: bool,
+          progress: Progress) -> Path:
+    """Solve the pieces that are missing, then assemble them."""
     folder = path.with_name(path.name + ".pieces")
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")

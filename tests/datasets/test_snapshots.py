@@ -14,7 +14,7 @@ import xarray as xr
 
 import rom.datasets.snapshots as snapshots
 from rom import cli
-from rom.datasets import draw_cases, make_dataset, read_dataset, solve_cases
+from rom.datasets import draw_cases, make_dataset, read_dataset, solve_cases, solve_dataset
 from rom.datasets.storage import remove_leftovers
 from rom.errors import SchemaError, SolverError
 from rom.fingertip.fingertip import PRESETS
@@ -237,3 +237,36 @@ def test_no_file_of_another_kind_is_overwritten(tiny_harmonic, tmp_path, content
     with pytest.raises(FileExistsError, match="was not made from this recipe"):
         make_dataset(tiny_harmonic, 5, path, seed=2)
     assert path.read_bytes() == before
+
+
+def test_given_cases_go_on_where_a_killed_run_was(tiny_harmonic, uninterrupted, tmp_path, monkeypatch):
+    arrays = tiny_harmonic.sample(CASES, SEED)
+    solved = []
+
+    def stop_in_the_third(scene, block):
+        if len(solved) == 2:
+            raise KeyboardInterrupt
+        solved.append(len(block))
+        return solve_cases(scene, block)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(snapshots, "solve_cases", stop_in_the_third)
+        with pytest.raises(KeyboardInterrupt):
+            solve_dataset(tiny_harmonic, arrays, tmp_path / "set.nc")
+    kept = times(tmp_path / "set.nc.pieces")
+    assert len(kept) == 2
+    path = solve_dataset(tiny_harmonic, arrays, tmp_path / "set.nc")
+    found = read_dataset(path)
+    names = ["split_published", "split_hard", "hard_region"]
+    assert not set(names) & set(found)  # given cases are not split
+    equal(found.drop_attrs(deep=False), uninterrupted.drop_vars(names).drop_attrs(deep=False))
+
+
+def test_given_cases_are_found_again_in_the_cache(tiny_harmonic, monkeypatch):
+    arrays = tiny_harmonic.sample(9, 1)
+    path = solve_dataset(tiny_harmonic, arrays)
+    with monkeypatch.context() as patch:
+        patch.setattr(snapshots, "solve_cases", None)  # nothing is solved twice
+        assert solve_dataset(tiny_harmonic, arrays) == path
+    louder = CaseArrays(arrays.node, 2 * arrays.force, arrays.frequency, arrays.loss_factor)
+    assert solve_dataset(tiny_harmonic, louder) != path
