@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -30,6 +32,11 @@ def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
     """A preset, or a coarse mesh of the same anatomy."""
     tip = Fingertip.preset(preset)
     return replace(tip, density=QUICK_DENSITY) if quick else tip
+
+
+def published() -> dict[str, Any]:
+    """Tables of ``data/published.toml``: figures that experiments compare with."""
+    return tomllib.loads((Path(__file__).parents[1] / "data" / "published.toml").read_text(encoding="utf-8"))
 
 
 def run(

@@ -4,7 +4,7 @@ A receptance is displacement amplitude over force amplitude. Serhat and Kuchenbe
 displacement over the nodes where the force acts, and over all moving nodes of the model. Their curves are magnitudes,
 here ``sqrt(|u_x|^2 + |u_y|^2 + |u_z|^2)`` of the complex amplitudes at a node, then the mean over nodes: real, blind to
 phase and to direction. Beside them stands the complex driving-point receptance, the mean displacement of the loaded
-nodes along the force over the force, whose phase tells resonance from rise and whose imaginary part is the power put in.
+nodes along the force over the force: its phase tells resonance from rise, its imaginary part is the power put in.
 """
 
 from __future__ import annotations
