@@ -148,7 +148,9 @@ def _pictures(
     from matplotlib.cm import ScalarMappable
     from PIL import Image
 
-    _check(position, vibrations, frames)
+    check(position, vibrations)
+    if frames < 3:
+        raise ValueError(f"frames={frames} is too few to show a motion: take three or more, 20 look smooth.")
     columns = min(columns, len(vibrations))
     rows = -(-len(vibrations) // columns)
     width = max(panel[0] * columns, 4.8)  # room for the colour bar's words
@@ -191,11 +193,10 @@ def _palette() -> Image:
     return palette
 
 
-def _check(position: np.ndarray, vibrations: Sequence[Vibration], frames: int) -> None:
+def check(position: np.ndarray, vibrations: Sequence[Vibration]) -> None:
+    """Raise ValueError unless there are vibrations, all of this skin's nodes."""
     if not vibrations:
         raise ValueError("There is no vibration to draw: give at least one.")
-    if frames < 3:
-        raise ValueError(f"frames={frames} is too few to show a motion: take three or more, 24 look smooth.")
     for one in vibrations:
         if len(one.displacement) != len(position):
             raise ValueError(f"The displacement of {one.title!r} has {len(one.displacement)} nodes and the skin "
