@@ -30,7 +30,7 @@ MEASURES = {
     "proximal_lateral": "share of the proximal skin's motion in one lateral translation",
     "proximal_torsion": "share of the proximal skin's motion in a rotation about the bone's axis",
     "contraction": "opposition of normal motion at the fingerprint centroid and at the sides",
-    "centroid_motion": "squared normal motion of the fingerprint centroid over itself plus the skin's mean square",
+    "side_lengthwise": "opposition of the two sides' common normal motion, distal against proximal",
     "lower_normal": "share of normal motion in the motion of the lower-left and lower-right skin",
     "lower_diagonal": "opposition of normal motion of the lower sides, distal against proximal",
     "vertical_antiphase": "share of the skin's motion in vertical motion, distal against proximal",
@@ -40,7 +40,7 @@ MEASURES = {
 }
 """Measures by name; all dimensionless."""
 
-SIGNED = ("contraction", "lower_diagonal", "side_diagonal")
+SIGNED = ("contraction", "side_lengthwise", "lower_diagonal", "side_diagonal")
 """Measures from -1 (in phase) to 1 (out of phase); the others are shares, 0 to 1."""
 
 
@@ -67,16 +67,17 @@ def shape_measures(mesh: FingertipMesh, free_dofs: Ints, shape: Floats) -> dict[
     skin = Skin(mesh)
     field = on_all_nodes(mesh, free_dofs, shape)[mesh.skin_nodes]
     normal = skin.normal_motion(field)
-    size = np.einsum("i,ijm->m", skin.area, field**2) / skin.area.sum()
+    rms = np.sqrt(np.einsum("i,ijm->m", skin.area, field**2) / skin.area.sum())
     distal, proximal = skin.distal, ~skin.distal
     lateral, torsion = [skin.translation(1)], [skin.torsion()]
     centroid = skin.mean(normal, skin.centroid_patch)
+    sides_distal, sides_proximal = (skin.mean(normal, skin.sides & part) for part in (distal, proximal))
     lower = np.where(skin.lower_sides, skin.area, 0.0)
     antiphase = np.where(distal, 1.0, -1.0)[:, None] * skin.translation(2)
 
     def diagonal(region: NDArray[np.bool_]) -> Floats:
         here, there = (skin.left_minus_right(normal, region & part) for part in (distal, proximal))
-        return opposition(here, there, np.sqrt(size))
+        return opposition(here, there, rms)
 
     return {
         "torsion": skin.share(torsion, field),
@@ -86,8 +87,8 @@ def shape_measures(mesh: FingertipMesh, free_dofs: Ints, shape: Floats) -> dict[
         "distal_torsion": skin.share(torsion, field, distal),
         "proximal_lateral": skin.share(lateral, field, proximal),
         "proximal_torsion": skin.share(torsion, field, proximal),
-        "contraction": opposition(centroid, skin.mean(normal, skin.sides), np.sqrt(size)),
-        "centroid_motion": _part(centroid**2, centroid**2 + size),
+        "contraction": opposition(centroid, skin.mean(normal, skin.sides), rms),
+        "side_lengthwise": opposition(sides_distal, sides_proximal, rms),
         "lower_normal": _part(lower @ normal**2, np.einsum("i,ijm->m", lower, field**2)),
         "lower_diagonal": diagonal(skin.lower_sides),
         "vertical_antiphase": skin.share([antiphase], field),
@@ -145,9 +146,10 @@ DESCRIPTIONS = (
     ),
     Description(
         4, "contraction about the fingerprint centroid, expansion at the sides", SYMMETRIC,
-        "normal motion at the centroid and at the sides is out of phase, and the centroid moves more than the "
-        "skin does in the mean",
-        lambda m: (m["contraction"] > 0) & (m["centroid_motion"] > HALF),
+        "normal motion at the centroid and at the sides is out of phase; along the finger the sides are in phase, and "
+        "vertical motion is rather in phase than out of phase",
+        lambda m: (m["contraction"] > 0) & (m["side_lengthwise"] < 0)
+        & (m["vertical_uniform"] > m["vertical_antiphase"]),
     ),
     Description(
         5, "out-of-phase normal motion of lower left and lower right", ANTISYMMETRIC,

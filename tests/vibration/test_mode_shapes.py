@@ -79,8 +79,8 @@ def test_sideways_in_front_and_torsion_behind(skin, measured):
 
 
 def test_contraction_and_expansion(skin, measured):
-    y = skin.position[:, 1] / np.abs(skin.position[:, 1]).max()
-    breathing = (1 - 2 * y**2)[:, None] * skin.normal * skin.lower_half[:, None]
+    aside, down = np.abs(skin.normal[:, 1]), np.maximum(-skin.normal[:, 2], 0)
+    breathing = (down**2 - aside**2)[:, None] * skin.normal
     found = measured(breathing)
     assert found["contraction"] > 0 and meets(found, "symmetric") == [4]
     assert 4 not in meets(measured(skin.normal), "symmetric")  # all outward: in phase
