@@ -58,10 +58,16 @@ class StrainPoints:
         """Number of points."""
         return len(self.element)
 
+    def interpolation(self, mesh: FingertipMesh) -> sparse.csr_matrix:
+        """(p, n) csr_matrix [-] : nodal values, such as (n, 3) displacements, at the points."""
+        shares = np.prod(1 + self.natural[:, None, :] * _CORNERS, axis=2) / 8
+        starts = 8 * np.arange(len(self) + 1)
+        columns = mesh.hexahedra[self.element].ravel()
+        return sparse.csr_matrix((shares.ravel(), columns, starts), shape=(len(self), mesh.n_nodes))
+
     def positions(self, mesh: FingertipMesh) -> Floats:
         """(p, 3) ndarray [m] : where the points lie."""
-        shares = np.prod(1 + self.natural[:, None, :] * _CORNERS, axis=2) / 8
-        return np.einsum("pi,pia->pa", shares, mesh.nodes[mesh.hexahedra[self.element]])
+        return self.interpolation(mesh) @ mesh.nodes
 
     def moduli(self, fingertip: Fingertip) -> tuple[Floats, Floats]:
         """Shear and bulk modulus at the points: two (p,) ndarrays [Pa]."""

@@ -6,16 +6,16 @@ its largest in the first frame.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rom.datasets.storage import whole_file
 from rom.reporting.fields import length_unit, magnitude
-from rom.reporting.plate import sheet
+from rom.reporting.plate import Plate, sheet
 from rom.reporting.skin import PALMAR, draw_skin
 from rom.reporting.words import significant
 
@@ -90,31 +90,63 @@ class Vibration:
         return f"{significant(largest * factor, 2)} {unit}, drawn ×{significant(DRAWN_AS * 1e-3 / largest, 2)}"
 
 
-def write_gif(
-    path: str | Path,
+@dataclass(frozen=True)
+class Film(Plate):
+    """A figure that moves: written as an endless GIF of one cycle, shown on a page as other figures are."""
+
+    show: Callable[[float], None]
+    """Moves the figure to a phase of the cycle [rad]."""
+    frames: int
+    seconds: float
+
+    def write(self, folder: Path) -> None:
+        """Save as GIF, whole or not at all, all frames in one palette: no colour flickers."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from PIL import Image
+
+        canvas = FigureCanvasAgg(self.figure)
+        self.figure.set_dpi(DPI)
+        canvas.draw()
+        self.figure.set_layout_engine("none")  # as the first drawing has laid it out: panels must not move
+        palette, pictures = _palette(), []
+        for phase in 2 * np.pi * np.arange(self.frames) / self.frames:
+            self.show(phase)
+            canvas.draw()
+            picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+            pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
+        with whole_file(folder / self.file) as temporary:
+            pictures[0].save(temporary, format="GIF", save_all=True, append_images=pictures[1:], loop=0,
+                             optimize=False, duration=max(20, round(1000 * self.seconds / self.frames)))
+
+
+def film(
+    file: str,
     position: np.ndarray,
     quads: np.ndarray,
     vibrations: Sequence[Vibration],
     *,
     title: str,
+    caption: str = "",
+    alt: str = "",
     columns: int = 4,
     frames: int = 20,
     seconds: float = 1.6,
     view: tuple[float, float] = PALMAR,
     panel: tuple[float, float] = (2.4, 1.75),
-) -> Path:
-    """Write one cycle of several vibrations as an endless GIF, whole or not at all.
+) -> Film:
+    """One cycle of several vibrations side by side, each to its own scale, coloured by its own amplitude.
 
     Parameters
     ----------
-    path : str or Path
+    file : str
+        Name of the GIF, which `Film.write` puts into a folder.
     position : (n_skin, 3) ndarray [mm]
         Of the skin's nodes at rest.
     quads : (m, 4) ndarray
         Rows of ``position``.
     vibrations : sequence of Vibration
-        One panel each, row by row. Each is drawn to its own scale and coloured by its own displacement amplitude.
-    title : str
+        One panel each, row by row.
+    title, caption, alt : str
     columns, frames : int
     seconds : float [s]
         How long one cycle is shown.
@@ -123,30 +155,15 @@ def write_gif(
 
     Returns
     -------
-    Path
+    Film
 
     Raises
     ------
     ValueError
         For no vibration, fewer than three frames, or displacements of another number of nodes.
     """
-    images = _pictures(position, quads, vibrations, title, columns, frames, view, panel)
-    path = Path(path)
-    with whole_file(path) as temporary:
-        images[0].save(temporary, format="GIF", save_all=True, append_images=images[1:], loop=0, optimize=False,
-                       duration=max(20, round(1000 * seconds / frames)))
-    return path
-
-
-def _pictures(
-    position: np.ndarray, quads: np.ndarray, vibrations: Sequence[Vibration], title: str, columns: int, frames: int,
-    view: tuple[float, float], panel: tuple[float, float],
-) -> list[Image]:
-    """The frames in one common palette, so that no colour flickers and frames compress well."""
     from matplotlib import colormaps
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
-    from PIL import Image
 
     check(position, vibrations)
     if frames < 3:
@@ -155,8 +172,6 @@ def _pictures(
     rows = -(-len(vibrations) // columns)
     width = max(panel[0] * columns, 4.8)  # room for the colour bar's words
     figure = sheet(panel[1] * rows + 1.1, title, width=width)
-    canvas = FigureCanvasAgg(figure)
-    figure.set_dpi(DPI)
     panels = figure.subplots(rows, columns, squeeze=False, subplot_kw={"projection": "3d"}).ravel()
     surfaces = []
     for axes, one in zip(panels, vibrations, strict=False):
@@ -168,16 +183,20 @@ def _pictures(
     figure.colorbar(ScalarMappable(cmap=COLOURS), ax=list(panels), location="bottom", aspect=60, fraction=0.03,
                     pad=0.02, shrink=min(1.0, 6 / width)).set_label(
         "displacement amplitude / its largest in the panel [-]", fontsize=9)
-    canvas.draw()
-    figure.set_layout_engine("none")  # as the first drawing has laid it out: panels must not move
-    palette, pictures = _palette(), []
-    for phase in 2 * np.pi * np.arange(frames) / frames:
+
+    def show(phase: float) -> None:
         for surface, one in zip(surfaces, vibrations, strict=True):
             surface.set_verts((position + one.at(phase) * DRAWN_AS / one.size.max())[quads])
-        canvas.draw()
-        picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
-        pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
-    return pictures
+
+    return Film(file, figure, caption, alt, show, frames, seconds)
+
+
+def write_gif(path: str | Path, position: np.ndarray, quads: np.ndarray, vibrations: Sequence[Vibration],
+              **options: Any) -> Path:
+    """Write a `film`, whole or not at all; its arguments."""
+    path = Path(path)
+    film(path.name, position, quads, vibrations, **options).write(path.parent)
+    return path
 
 
 def _palette() -> Image:
