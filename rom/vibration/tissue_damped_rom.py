@@ -7,9 +7,9 @@ Z = K + i sum eta_t K_t - omega^2 M is projected tissue by tissue, once, onto re
   vectors Z_0^-1 f, Z_0^-1 M Z_0^-1 f, ... of Z_0 = K + i L, which match the response at 0 Hz and its derivatives by
   omega^2; and K^-1 L phi_k, what the losses of a kept mode excite statically in the modes that are left out.
 
-Modes alone would not do: unequal losses bend the shapes, and what bends them lies outside the modes. `galerkin` solves a
-small dense system a case; it is exact within its space, so that more modes or vectors only make it better. `uncoupled`
-keeps the diagonal of the projected losses only: the real-mode model, with modal loss factors as
+Modes alone would not do: unequal losses bend the shapes, and what bends them lies outside the modes. `galerkin`
+solves a small dense system a case; it is exact within its space, so that more modes or vectors only make it better.
+`uncoupled` keeps the diagonal of the projected losses only: the real-mode model, with modal loss factors as
 `rom.vibration.tissue_damping` has them.
 """
 
