@@ -1,4 +1,4 @@
-"""The command `rom`: scenes, methods, datasets, comparisons, the report.
+"""The command `rom`: scenes, methods, datasets, comparisons, the report, natural modes.
 
 Anything wrong with the input ends with one sentence on standard error and exit code 2; a full disk or an unwritable
 folder likewise. Progress bars go to standard error.
@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
 
+from rom.commands import modes
 from rom.errors import RomError
 
 
@@ -70,6 +71,9 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument("--output", type=Path, default=Path("reports"), metavar="FOLDER")
     _common(report)
     report.set_defaults(run=_report)
+
+    for command in (modes,):  # each a file in rom/commands
+        command.add(commands)
     return parser
 
 
