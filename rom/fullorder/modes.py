@@ -128,7 +128,7 @@ def natural_modes(
             f"the count of modes is {count!r}: it must be a whole number from 1 to {n}, the number of dofs"
         )
     factor = factorize(stiffness, backend=backend) if factorization is None else factorization
-    backend = factor.backend
+    backend, alive = factor.backend, True
     if factor.n != n or factor.dtype.kind == "c":
         raise ValueError(
             f"the factorization ({factor.n} dofs, {factor.dtype}) is not that of the real {n}-dof stiffness"
@@ -149,6 +149,8 @@ def natural_modes(
 
     size = min(n, expected + max(4, expected // 10))
     for attempt in range(_ATTEMPTS):
+        if not alive:
+            factor, alive = factorize(stiffness, backend=backend), True
         eigenvalue, shape = _search(stiffness, mass, factor, size, seed + attempt)
         wanted = int(np.searchsorted(eigenvalue, limit)) if count is None else int(count)
         top = _gap_above(eigenvalue, wanted, n)
@@ -157,6 +159,9 @@ def natural_modes(
             size = min(n, 2 * size)
             continue
         below, shift = top
+        if factorization is None and wanted == below:  # one factor in memory at a time
+            factor.release()
+            alive = False
         sturm = _count_below(pencil, shift, backend)
         if sturm == below:
             break
