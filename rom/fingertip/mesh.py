@@ -4,8 +4,8 @@ Shell 0 is the skin, the last shell the bone; node = shell x nodes_per_shell + n
 layers of the skin lie at their published depths, measured along the skin's normal and laid out on the
 straight lines from skin to bone; the hypodermis fills the rest, and keeps its least share where bone and
 surface come close.  Under the nail (front surface, above the widest section, within the nail's width) the
-stratum corneum's elements are nail plate, those of epidermis and dermis nail bed.  The nail's edge follows
-element edges, so it moves a little with the density.
+stratum corneum's elements are nail plate, those of epidermis and dermis nail bed, whose depth is its own.
+The nail's edge follows element edges, so it moves a little with the density.
 """
 
 from __future__ import annotations
@@ -240,6 +240,11 @@ def _depth_fractions(
     bottoms[1] = outermost
     bottoms[2] = bottoms[1] + anatomy.epidermis_thickness
     bottoms[3] = bottoms[2] + anatomy.dermis_thickness
+    # epidermis and dermis share the nail bed's depth in their own ratio
+    bed = anatomy.shape.nail_bed_thickness
+    share = anatomy.epidermis_thickness / (anatomy.epidermis_thickness + anatomy.dermis_thickness)
+    bottoms[2, nail_nodes] = bottoms[1, nail_nodes] + share * bed
+    bottoms[3, nail_nodes] = bottoms[1, nail_nodes] + bed
 
     allowed = (1 - anatomy.shape.least_hypodermis) * room
     squeeze = np.where(bottoms[3] > allowed, allowed / bottoms[3], 1.0)

@@ -1,8 +1,8 @@
 """What table 1 leaves open about the surfaces: assumptions, each with its reason.
 
 The published text gives dimensions, not surfaces ("quarter ellipsoids, slightly deflated inward and inflated
-outward").  The numbers below were chosen among some sixty shapes by comparison with the published volume and
-natural frequencies: they are calibration, and agreement with those figures is no prediction.
+outward").  The calibrated numbers below were fitted to the published volume and natural frequencies by
+`experiments/surface_calibration.py`: agreement with those figures is no prediction.
 """
 
 from __future__ import annotations
@@ -29,16 +29,25 @@ class SurfaceShape:
     Parameters
     ----------
     lower_exponent : float [-]
-        Exponent of the lower front surface.  Calibrated: gives the published volume, 4084.8 mm3.
+        Exponent of the lower front surface, palmar fullness.  Calibrated.
         (The upper exponent is no assumption: it follows from the nail's height.)
+    equator_exponent : float [-]
+        Exponent of the widest section, seen from above; 2 is an ellipse.  Calibrated.
     dorsal_fraction : float [-]
-        Share of the height above the widest section.  Assumed: halves alike.
+        Share of the height above the widest section.  Calibrated.
     bone_axis_rise : float [mm]
-        How much higher the bone's axis lies at its tip than at the joint.  Assumed: a level axis.
+        How much higher the bone's axis lies at its tip than at the joint.  Calibrated.
     bone_base_length : float [mm]
-        Length of the bone's constant proximal section.  Calibrated: natural frequencies one to seven.
+        Length of the bone's constant proximal section.  Calibrated.
+    bone_section_exponent : float [-]
+        Exponent of the bone's cross-section; 2 is an ellipse, more is squarer.  Calibrated.
     tuft_fraction : float [-]
-        Where the tuft is widest, from neck (0) to bone tip (1).  Chosen from three tried values.
+        Where the tuft is widest, from neck (0) to bone tip (1).  Calibrated.
+    bone_end_exponent : float [-]
+        Exponent of the bone's profile beyond the tuft; 2 is an ellipse, less is more pointed.  Calibrated,
+        on its least permitted value in the fit.
+    nail_bed_thickness : float [mm]
+        Depth of the nail bed below the nail plate.  Calibrated; the skin beside it is 1.6 deep.
     pad_centre : float [-]
         Pad centre's x over the fingertip's length.  Assumed: half way, the "center of the finger pad".
     pad_start : float [-]
@@ -57,11 +66,15 @@ class SurfaceShape:
         For a value outside its bounds.
     """
 
-    lower_exponent: float = 3.825
-    dorsal_fraction: float = 0.5
-    bone_axis_rise: float = 0.0
-    bone_base_length: float = 5.0
-    tuft_fraction: float = 2 / 3
+    lower_exponent: float = 3.1827
+    equator_exponent: float = 2.205
+    dorsal_fraction: float = 0.444
+    bone_axis_rise: float = 0.55
+    bone_base_length: float = 1.56
+    bone_section_exponent: float = 2.69
+    tuft_fraction: float = 0.68
+    bone_end_exponent: float = 1.6
+    nail_bed_thickness: float = 2.0
     pad_centre: float = 0.5
     pad_start: float = 0.23
     pad_depth: float = 0.365
@@ -70,10 +83,14 @@ class SurfaceShape:
     def __post_init__(self) -> None:
         bounds = {
             "lower_exponent": (1.05, 12.0),
+            "equator_exponent": (1.05, 12.0),
             "dorsal_fraction": (0.2, 0.8),
             "bone_axis_rise": (-10.0, 10.0),
             "bone_base_length": (0.0, 100.0),
+            "bone_section_exponent": (1.05, 12.0),
             "tuft_fraction": (0.05, 0.95),
+            "bone_end_exponent": (1.05, 12.0),
+            "nail_bed_thickness": (0.01, 20.0),
             "pad_centre": (0.05, 0.95),
             "pad_start": (0.0, 0.95),
             "pad_depth": (0.0, 0.95),

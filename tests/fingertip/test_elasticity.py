@@ -77,14 +77,14 @@ def test_published_frequencies(study, published):
 
 
 def test_presets_agree(metamodel):
-    # the coarser preset against `study` with the same elements: 117.8 and 160.0 Hz, computed with this code
+    # the coarser preset against `study` with the same elements: 120.5 and 162.4 Hz, computed with this code
     frequency = natural_modes(metamodel.stiffness, metamodel.mass, count=2).frequency_hz
-    np.testing.assert_allclose(frequency, [117.8, 160.0], rtol=0.005)
+    np.testing.assert_allclose(frequency, [120.5, 162.4], rtol=0.005)
 
 
 def lowest_frequency(nu, formulation):
     anatomy = Anatomy().replace_tissue("dermis", poisson_ratio=nu).replace_tissue("hypodermis", poisson_ratio=nu)
-    tip = Fingertip(anatomy, MeshDensity().scaled(0.5), formulation)
+    tip = Fingertip(anatomy, MeshDensity().scaled(0.75), formulation)
     return natural_modes(tip.stiffness, tip.mass, count=1).frequency_hz[0]
 
 
