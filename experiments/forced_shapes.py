@@ -25,6 +25,7 @@ from rom.reporting.plate import Plate, sheet
 from rom.reporting.skin import draw_skin
 from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import magnitudes, moving_nodes, sweep_cases
+from rom.vibration.motion import at_largest_motion
 
 FORMULATION = "b-bar"
 FREQUENCIES = (0.0, 50.0, 100.0, 150.0, 200.0, 250.0)
@@ -178,8 +179,7 @@ def _sheet(results: xr.Dataset, title: str, largest: xr.DataArray, norm, label: 
         field = 1e6 * results["displacement"].isel(where).values
         most = float(largest.isel(where))
         size = np.linalg.norm(field, axis=1)
-        # turned so that the real part is as large as it ever gets
-        moved = (field * np.exp(-0.5j * np.angle((field**2).sum()))).real / most
+        moved = at_largest_motion(field[None])[0] / most
         colours = colormaps["viridis"](norm((size / most if scaled else size)[quads].mean(axis=1)))
         draw_skin(panel, rest + (DRAWN_AS * moved if scaled else 0.0), quads, colours, marks=np.array([centre]))
         panel.set_box_aspect(np.ptp(rest, axis=0), zoom=1.22)  # six in a row
