@@ -198,7 +198,7 @@ def findings(results: xr.Dataset) -> list[str]:
         f"{'' if more else ' otherwise'}.")
     normal = direct["receptance"].sel(direction="normal", measure="whole")
     where, excess = _rise(results["frequency"].values, normal.values)
-    sentences.append(f"Under normal force the mean over all nodes rises {excess:.1%} above its chord from "
+    sentences.append(f"Under normal force the mean over all nodes rises {100 * excess:.1f} % above its chord from "
                      f"{RISE[0]:g} to {RISE[1]:g} Hz, most at {hertz(where)} (published: a slight rise near 160 Hz).")
     left = [f"{words.error(float(one['error_max']))} (`{one['method'].item()}`)"
             for one in (results.sel({"method": name}) for name in ("modal", "modal-static"))]
