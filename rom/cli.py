@@ -1,4 +1,4 @@
-"""The command `rom`: scenes, methods, datasets, comparisons, the report, natural modes.
+"""The command `rom`: scenes, methods, datasets, comparisons, the report; natural modes and frequency responses.
 
 Anything wrong with the input ends with one sentence on standard error and exit code 2; a full disk or an unwritable
 folder likewise. Progress bars go to standard error.
@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import modes
+from rom.commands import frf, modes
 from rom.errors import RomError
 
 
@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     _common(report)
     report.set_defaults(run=_report)
 
-    for command in (modes,):  # each a file in rom/commands
+    for command in (frf, modes):  # each a file in rom/commands
         command.add(commands)
     return parser
 

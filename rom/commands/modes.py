@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rom.commands.files import check_files
 from rom.commands.fingertip_options import add_fingertip_options, fingertip_from
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Compute, print, write."""
-    _check_files(arguments)
+    check_files(arguments, {"output": ".nc", "figure": ".png", "vtu": ".vtu"})
     tip = fingertip_from(arguments)
     count = _count(arguments, tip)
     from rom.vibration.modal_analysis import analyse_modes
@@ -47,16 +48,6 @@ def run(arguments: argparse.Namespace) -> None:
         if path is not None:
             write(found, path)
             print(path)
-
-
-def _check_files(arguments: argparse.Namespace) -> None:
-    """Refuse a wrong ending or a missing folder before the work, not after."""
-    for name, ending in (("output", ".nc"), ("figure", ".png"), ("vtu", ".vtu")):
-        path = getattr(arguments, name)
-        if path is not None and path.suffix != ending:
-            raise ValueError(f"--{name} got {str(path)!r}, but its name must end in {ending}: rename it")
-        if path is not None and not path.parent.is_dir():
-            raise ValueError(f"--{name} got {str(path)!r}, but the folder {path.parent} does not exist: make it first")
 
 
 def _count(arguments: argparse.Namespace, tip: Any) -> int:

@@ -67,9 +67,14 @@ def highest_peak(frequency: ArrayLike, response: ArrayLike) -> Peak | None:
 
 def _peak(f: np.ndarray, x: np.ndarray, i: int) -> Peak:
     s, y = f**2, (x[i] / x) ** 2  # scaled: the parabola is about 1
-    a, b, c = np.polyfit(s[i - 1:i + 2] - s[i], y[i - 1:i + 2], 2)
-    shift = -b / (2 * a)
-    height = x[i] / np.sqrt(c - b * b / (4 * a))
+    around = slice(i - 1, i + 2)
+    a, b, c = np.polyfit(s[around] - s[i], y[around], 2)
+    shift, lowest = -b / (2 * a), c - b * b / (4 * a)
+    if lowest > 0:
+        height = x[i] / np.sqrt(lowest)
+    else:  # samples too far apart for one oscillator: a parabola of log |X| stays positive
+        a, b, c = np.polyfit(s[around] - s[i], np.log(x[around] / x[i]), 2)
+        shift, height = -b / (2 * a), x[i] * np.exp(c - b * b / (4 * a))
     level = 2.0 * (x[i] / height) ** 2
     return Peak(float(np.sqrt(s[i] + shift)), float(height), _crossing(s[i::-1], y[i::-1], level),
                 _crossing(s[i:], y[i:], level))

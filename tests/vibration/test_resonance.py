@@ -52,6 +52,13 @@ def test_a_missing_side_has_no_half_power_frequency():
     assert peak.upper == pytest.approx(100 * np.sqrt(1.3), rel=1e-3)
 
 
+def test_samples_too_far_apart_still_give_a_peak_between_them():
+    # 1 / |X|^2 of these would be negative at its lowest, and no height would follow
+    f = np.array([50.0, 150.0, 250.0])
+    (peak,) = peaks(f, [2.7e-4, 6.7e-4, 4.3e-4])
+    assert 150.0 < peak.frequency < 250.0 and 6.7e-4 < peak.height < 1e-3
+
+
 @pytest.mark.parametrize(("f", "x", "say"), [
     ([1, 2, 3], [1, 2], "shape"), ([1, 3, 2], [1, 2, 1], "ascend"), ([1, 2, 3], [1, np.nan, 1], "finite"),
     ([1, 2, 3], [1, 0, 1], "positive")])
