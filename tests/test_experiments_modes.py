@@ -1,5 +1,7 @@
 """The experiments on natural modes and on mesh convergence run, coarse and quick, and report what is there."""
 
+import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -9,11 +11,13 @@ import xarray as xr
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 
+import mesh_convergence
 import vibration_modes
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.reporting.experiment import write_experiment
 from rom.reporting.published_facts import facts
+from rom.vibration import mesh_ladder
 from rom.vibration.published import published, published_frequencies
 
 
@@ -96,3 +100,45 @@ def read_through(script, results: xr.Dataset, folder: Path) -> None:
     for plate in plates:
         assert (folder / plate.file).stat().st_size > 10_000
         assert f'src="{plate.file}"' in text
+
+
+def in_this_process(words, **_):
+    """What the other process would do; starting six takes long, and tests of the ladder start one."""
+    write_netcdf(mesh_ladder._solve(json.loads(words[3])), words[4])
+    return subprocess.CompletedProcess(words, 0, "", "")
+
+
+@pytest.fixture(scope="module")
+def convergence(tmp_path_factory):
+    path = tmp_path_factory.mktemp("convergence") / "results.nc"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mesh_ladder.subprocess, "run", in_this_process)
+        write_netcdf(mesh_convergence.main(quick=True), path)
+    return read_netcdf(path)
+
+
+def test_a_second_run_goes_on_from_what_is_there(convergence, monkeypatch):
+    solved = []
+    monkeypatch.setattr(mesh_ladder.subprocess, "run", lambda words, **_: solved.append(words))
+    again = mesh_convergence.main(quick=True)
+    assert not solved
+    assert np.array_equal(again["natural_frequency"], convergence["natural_frequency"])
+
+
+def test_finer_meshes_are_softer(convergence):
+    # theory: displacement elements bound eigenvalues from above; on one body refinement lowers them. The body and the
+    # layers' meshes differ here from rung to rung, so only the whole way from the coarsest to the finest is asked for.
+    full = convergence["natural_frequency"].sel(formulation="full", mode=slice(1, 3))
+    assert (full.isel(step=-1) < full.isel(step=0)).all()
+    # full integration is stiffer than B-bar on the same mesh
+    assert (full > convergence["natural_frequency"].sel(formulation="b-bar", mode=slice(1, 3))).all()
+
+
+def test_modes_are_followed_by_shape(convergence):
+    assert (convergence["mac"].isel(step=convergence.attrs["home"], formulation=0) > 0.999).all()  # with itself
+    assert (convergence["mac"].sel(mode=slice(1, 3)) > 0.5).all()
+
+
+def test_a_page_comes_of_convergence(convergence, tmp_path):
+    assert len(mesh_convergence.findings(convergence)) >= 8
+    read_through(mesh_convergence, convergence, tmp_path)

@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 from rom.reporting import html, words
-from rom.reporting.plate import Plate, number_axis, sheet, tidy
+from rom.reporting.plate import Plate, legend_below, number_axis, sheet, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
 STUDIED = 7
 """Modes that the published criterion speaks of."""
@@ -73,8 +74,8 @@ def _agreement(results: xr.Dataset) -> str:
     home, mesh = _home(results)
     start, end = (float(abs(values.sel(formulation="full") / values.sel(formulation="b-bar") - 1).max())
                   for values in (results["natural_frequency"].isel(step=home), results["limit_second_order"]))
-    return (f"Both formulations have one limit in theory: they differ by up to {words.error(start)} at {mesh} and by up "
-            f"to {words.error(end)} in the extrapolated limits.")
+    return (f"Both formulations have one limit in theory: they differ by up to {words.error(start)} at {mesh} and "
+            f"by up to {words.error(end)} in the extrapolated limits.")
 
 
 def _order_sentence(results: xr.Dataset, names: list[str]) -> str:
@@ -96,10 +97,10 @@ def _caveats(results: xr.Dataset) -> list[str]:
     jump = np.abs(np.diff(nail) / nail[1:]).max()
     mac, weak = float(results["mac"].min()), int((results["mac"] < ALIKE).sum())
     followed = f"Modes were followed from mesh to mesh by parity and MAC; the smallest MAC is {mac:.2f}"
-    return [f"The body changes with the mesh too: the nail's edge follows element edges, so that its volume jumps by up "
-            f"to {words.error(jump)} from one mesh to the next ({nail.min():.1f} to {nail.max():.1f} mm³), and the whole "
-            f"volume goes from {volume[0]:.0f} to {volume[-1]:.0f} mm³ as elements meet the curved surfaces better. "
-            "Both blur the orders.",
+    return ["The body changes with the mesh too: the nail's edge follows element edges, so that its volume jumps by up "
+            f"to {words.error(jump)} from one mesh to the next ({nail.min():.1f} to {nail.max():.1f} mm³), and the "
+            f"whole volume goes from {volume[0]:.0f} to {volume[-1]:.0f} mm³ as elements meet the curved surfaces "
+            "better. Both blur the orders.",
             f"{followed}; {weak} pairs lie below {ALIKE:g} and are uncertain." if weak else f"{followed}."]
 
 
@@ -119,8 +120,16 @@ def _over_nodes(axes: Axes, results: xr.Dataset, label: str) -> None:
     axes.axvline(published, color="#555555", linestyle=":", linewidth=1.2, label=f"published mesh, {published:,} nodes")
     axes.set_xscale("log")
     axes.set(xlabel="nodes", ylabel=label)
-    number_axis(axes.xaxis)
+    _log_ticks(axes.xaxis)
     tidy(axes)
+
+
+def _log_ticks(axis: Axis) -> None:
+    """Plain numbers at 1, 2 and 5 of each decade."""
+    from matplotlib.ticker import LogLocator
+
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    number_axis(axis)
 
 
 def _frequencies(results: xr.Dataset) -> Plate:
@@ -142,7 +151,7 @@ def _frequencies(results: xr.Dataset) -> Plate:
     axes.plot([], [], "--", marker="s", color="black", markersize=4, label="dashed: b-bar")
     axes.plot([], [], "*", color="white", markersize=13, markeredgecolor="black", label="published frequency")
     _over_nodes(axes, results, "natural frequency [Hz]")
-    figure.legend(loc="outside right upper", frameon=False, fontsize=9)
+    figure.legend(loc="outside right center", frameon=False, fontsize=9)
     return Plate("frequencies.png", figure, "The same modes on finer and finer meshes; solid: full integration, as "
                  "published, dashed: B-bar. Stars: published values at the published mesh.",
                  "Natural frequencies over the number of nodes")
@@ -153,7 +162,7 @@ def _changes(results: xr.Dataset) -> Plate:
     met = {name: criterion_met(results, name) for name in LINES}
     spoken = " and ".join(f"{f'from {nodes[step]:,} nodes on' if step else 'on no mesh'} with {name}"
                           for name, step in met.items())
-    figure = sheet(4.2, f"The study's 1 % criterion is met {spoken}", width=8.5)
+    figure = sheet(4.5, f"The study's 1 % criterion is met {spoken}", width=8.5)
     axes = figure.subplots()
     for name, (colour, marker, _) in LINES.items():
         change = 100 * np.abs(results["change"].sel(formulation=name).values[1:, :STUDIED])
@@ -163,11 +172,12 @@ def _changes(results: xr.Dataset) -> Plate:
                   label=f"{name}, median")
     axes.axhline(100 * CRITERION, color="#B2182B", linestyle=(0, (6, 3)), linewidth=1.3, label="criterion, 1 %")
     axes.set_yscale("log")
-    number_axis(axes.yaxis)
+    _log_ticks(axes.yaxis)
     _over_nodes(axes, results, "change from the coarser mesh [%]")
-    axes.legend(frameon=False, fontsize=9)
+    legend_below(figure, [axes], columns=3)
     return Plate("criterion.png", figure, "Change of the natural frequencies from each mesh to the next, which has "
-                 "about 1.5 times the nodes.", "Largest change of frequencies over the number of nodes, beside the criterion")
+                 "about 1.5 times the nodes.",
+                 "Largest change of frequencies over the number of nodes, beside the criterion")
 
 
 def _distance(results: xr.Dataset) -> Plate:
@@ -184,9 +194,9 @@ def _distance(results: xr.Dataset) -> Plate:
             axes.loglog(width, away[:, k], "o-", color=COLOURS[k], markersize=4, linewidth=1.2,
                         label=f"mode {k + 1}: {seen}")
         axes.loglog(width, np.nanmax(away) * (width / width[0]) ** 2, "k:", linewidth=1.2, label="slope 2")
-        axes.set(xlabel="mesh width, N^(-1/3) over the finest [-]", title=name)
-        number_axis(axes.xaxis)
-        number_axis(axes.yaxis)
+        axes.set(xlabel="mesh width, (N / finest N)^(-1/3) [-]", title=name)
+        _log_ticks(axes.xaxis)
+        _log_ticks(axes.yaxis)
         tidy(axes)
         axes.legend(frameon=False, fontsize=8)
     panels[0].set_ylabel("distance from the limit [%]")
@@ -204,7 +214,7 @@ def _cost(results: xr.Dataset) -> Plate:
     for axes, values, label in ((panels[0], seconds, "time of one mesh [s]"), (panels[1], memory, "peak memory [GB]")):
         for i, (name, (colour, marker, _)) in enumerate(LINES.items()):
             axes.loglog(nodes, values[i], marker + "-", color=colour, label=name)
-        number_axis(axes.yaxis)
+        _log_ticks(axes.yaxis)
         _over_nodes(axes, results, label)
         axes.legend(frameon=False, fontsize=9)
     return Plate("cost.png", figure, "Time and peak memory of meshing, assembly, twelve modes and the Sturm count, "
