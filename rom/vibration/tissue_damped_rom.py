@@ -16,6 +16,7 @@ solves a small dense system a case; it is exact within its space, so that more m
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 
 import numpy as np
 import scipy.linalg as sla
@@ -23,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.fingertip import Fingertip
 from rom.fingertip.anatomy import TISSUES
-from rom.fullorder import Modes, SecondOrderModel
+from rom.fullorder import Modes, SecondOrderModel, blas_threads
 from rom.metamodels.lanczos import load_vectors
 from rom.vibration.tissue_damping import loss_factors, loss_stiffness
 
@@ -31,6 +32,9 @@ Floats = NDArray[np.float64]
 
 #: Vectors are dropped whose own part is below this share of their energy: the rest repeats the others to rounding.
 DEPENDENT = 1e-10
+
+#: Frequencies in one call up to which the BLAS keeps its threads.
+FEW = 8
 
 
 class TissueDampedModel:
@@ -112,13 +116,16 @@ class TissueDampedModel:
         Returns
         -------
         coordinates : (f, r, k) ndarray
-            Displacement ``basis @ coordinates[j]`` [m].
+            See `field`.
         """
         loss = np.tensordot(loss_factors(loss_factor), self.tissue_stiffness, axes=1)
-        answer = np.empty((len(np.atleast_1d(frequency)), *self.force.shape), dtype=np.complex128)
-        for j, one in enumerate(np.atleast_1d(frequency)):
-            matrix = np.diag(self.eigenvalue - (2 * np.pi * one) ** 2) + 1j * loss
-            answer[j] = np.linalg.solve(matrix, self.force)
+        points = np.atleast_1d(np.asarray(frequency, dtype=np.float64))
+        answer = np.empty((len(points), *self.force.shape), dtype=np.complex128)
+        # systems of this size gain nothing from threads, but looking for them takes longer than a few solutions
+        with blas_threads(1) if len(points) > FEW else nullcontext():
+            for j, one in enumerate(points):
+                matrix = np.diag(self.eigenvalue - (2 * np.pi * one) ** 2) + 1j * loss
+                answer[j] = np.linalg.solve(matrix, self.force)
         return answer
 
     def uncoupled(self, frequency: ArrayLike, loss_factor: float | Mapping[str, float]) -> NDArray[np.complex128]:
@@ -126,6 +133,11 @@ class TissueDampedModel:
         stiffness = self.eigenvalue * (1 + 1j * self.ritz_loss_factors(loss_factor))
         inertia = (2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=np.float64))) ** 2
         return self.force / (stiffness - inertia[:, None])[:, :, None]
+
+    def field(self, coordinates: NDArray) -> NDArray[np.complex128]:
+        """Displacement (n_free, k) [m] from the coordinates (r, k) of one frequency."""
+        parts = self.basis @ np.concatenate([coordinates.real, coordinates.imag], axis=1)  # the basis stays real
+        return parts[:, : coordinates.shape[1]] + 1j * parts[:, coordinates.shape[1] :]
 
     def receptance(self, coordinates: NDArray) -> NDArray[np.complex128]:
         """Displacement at each load along it: (f, k) ndarray [m/N] from (f, r, k) coordinates of unit loads."""

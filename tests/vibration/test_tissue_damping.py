@@ -133,6 +133,9 @@ def test_receptance_of_unit_loads(tiny_tip, model, modes, loads):
     reduced = TissueDampedModel(tiny_tip, modes, loads, 1, model=model)
     y = reduced.galerkin(FREQUENCY, 0.1)
     fields = reduced.basis @ y
+    np.testing.assert_allclose(reduced.field(y[1]), fields[1], atol=1e-12 * np.abs(fields[1]).max())
+    many = reduced.galerkin(np.tile(FREQUENCY, 4), 0.1)  # a sweep goes another way
+    np.testing.assert_allclose(many[:3], y, rtol=1e-12)
     np.testing.assert_allclose(reduced.receptance(y), np.einsum("nk,fnk->fk", loads, fields), rtol=1e-9)
 
 
