@@ -112,8 +112,8 @@ def findings(results: xr.Dataset) -> list[str]:
     sentences = [f"{len(listed) - len(missed)} of {len(listed)} published facts are met (formulation: "
                  f"{results.attrs['formulation']}; {results.attrs['nodes']:,} nodes)."
                  + (f" Missed: {'; '.join(_short(one) for one in missed)}." if missed else "")]
-    sentences.append("The surfaces' free parameters were calibrated on volume, frequencies, parities and order: agreement "
-                     "with those is no prediction.")
+    sentences.append("The surfaces' free parameters were calibrated on volume, frequencies, parities and order: "
+                     "agreement with those is no prediction.")
     sentences += elsewhere(results)
     rise, mac = rises(results), results["pair_mac"].values[:DESCRIBED]
     sentences.append(f"With the rear fixed the first {DESCRIBED} modes rise by {100 * rise.min():.0f} to "
