@@ -65,8 +65,8 @@ def findings(results: xr.Dataset) -> list[str]:
         f"{float(np.abs(ends[0]).max()):.1f} times what is allowed ({NAME[_worst(ends[0])]}), from a fuller start at "
         f"{float(np.abs(ends[1]).max()):.1f} times ({NAME[_worst(ends[1])]}), after "
         f"{int(results['evaluations'].sel(fit='fit from plain'))} and "
-        f"{int(results['evaluations'].sel(fit='fit from fuller'))} shapes: there is more than one valley, and kinks where "
-        "the hypodermis reaches its least share.")
+        f"{int(results['evaluations'].sel(fit='fit from fuller'))} shapes: there is more than one valley, and kinks "
+        "where the hypodermis reaches its least share.")
     told = predictions(results)
     good, bad = ([one for one in told if one[3] == which] for which in (True, False))
     if good:
@@ -77,11 +77,12 @@ def findings(results: xr.Dataset) -> list[str]:
     pulled = _pulled(results)
     if len(pulled) > 1:
         last = pulled[-1]
+        gap = results["order_gap"].sel(fit=last)
         others = used(results, last).drop_sel(fact="mode_8")
         sentences.append(
             f"Pulling mode 8 to {100 * float(results['deviation'].sel(fit=last, fact='mode_8')):+.1f} % from its "
             f"published value costs {NAME[_worst(others)]} most: {float(np.abs(others).max()):.2f} times what is "
-            f"allowed; the least gap in the order is then {100 * float(results['order_gap'].sel(fit=last).min()):.1f} %.")
+            f"allowed; the least gap in the order is then {100 * float(gap.min()):.1f} %.")
     return sentences
 
 

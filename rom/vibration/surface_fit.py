@@ -65,6 +65,11 @@ MARGIN = 0.015
 """Least relative distance of such neighbours."""
 
 
+TOLERANCE = {"volume": 5e-4, "mode_1": 0.004, "mode_2": 0.004, "mode_4_about": 0.01, "mode_7": 0.004, "mode_8": 0.008,
+             "order": 0.004, "plain": 1.5}
+"""A fifth of the distance that still counts as met, or less; a shape a long way from plain costs as much as a miss."""
+
+
 @dataclass(frozen=True)
 class Facts:
     """Published facts with the relative distance that counts as one unit of residual.
@@ -82,7 +87,7 @@ class Facts:
 
     volume: float
     frequency: Mapping[str, float]
-    tolerance: Mapping[str, float] = field(default_factory=lambda: dict(TOLERANCE))
+    tolerance: Mapping[str, float] = field(default_factory=TOLERANCE.copy)
     left_out: tuple[str, ...] = ()
 
     @classmethod
@@ -99,10 +104,6 @@ class Facts:
             raise ValueError(f"{', '.join(unknown)} is no fact: choose among {', '.join(sorted(known))}")
         return replace(self, left_out=(*self.left_out, *names))
 
-
-TOLERANCE = {"volume": 5e-4, "mode_1": 0.004, "mode_2": 0.004, "mode_4_about": 0.01, "mode_7": 0.004, "mode_8": 0.008,
-             "order": 0.004, "plain": 1.5}
-"""A fifth of the distance that still counts as met, or less; a shape a long way from plain costs as much as a miss."""
 
 MODE_LABELS = {"mode_1": ("A1",), "mode_2": ("S1",), "mode_4_about": ("S2",), "mode_7": ("A4",), "mode_8": ("A5", "S4")}
 """Which mode a published frequency belongs to; of two the lower one."""
