@@ -153,7 +153,7 @@ def draw(results: xr.Dataset) -> list[Plate]:
     relative = _sheet(results, title, largest, Normalize(0.0, 1.0), "displacement over the case's largest [-]",
                       scaled=True)
     high = 10 ** np.ceil(np.log10(float(largest.max())))
-    title = "Vibration moves the fingertip up to " + words.listed([
+    title = "Of these frequencies the best moves the fingertip " + words.listed([
         f"{float(spread.sel(direction=name)):.1f} times ({name})" for name in DIRECTIONS]) + " as far as a steady force"
     absolute = _sheet(results, title, largest, LogNorm(high / 1e2, high), "displacement [µm], one scale for all",
                       scaled=False)
