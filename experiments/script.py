@@ -13,9 +13,10 @@ import xarray as xr
 
 from rom.cli import bar
 from rom.comparison.side_by_side import QUICK_DENSITY
-from rom.datasets.storage import write_netcdf
+from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.fingertip import Fingertip
 from rom.provenance import stamp
+from rom.reporting import write_index
 from rom.reporting.experiment import write_experiment
 from rom.reporting.plate import Plate
 
@@ -68,13 +69,22 @@ def run(
     parser.add_argument("--quick", action="store_true", help="coarse mesh: a check, not a result")
     parser.add_argument("--output", type=Path, metavar="FOLDER",
                         help=f"default: reports/{name}, or reports/quick/{name} with --quick")
+    parser.add_argument("--redraw", action="store_true", help="figures and page anew from the results that lie there")
     arguments = parser.parse_args()
     folder = arguments.output or Path("reports", *(["quick"] if arguments.quick else []), name)
     folder.mkdir(parents=True, exist_ok=True)
-    results = main(quick=arguments.quick, progress=bar)
-    results.attrs.update(stamp(quick=str(int(arguments.quick))))
-    write_netcdf(results, folder / "results.nc")
-    files = extra(results, folder)
-    sentences = list(findings(results))
+    if arguments.redraw:
+        results = read_netcdf(folder / "results.nc")
+        files = [folder / file for file in results.attrs["files"].split()]
+        sentences = list(findings(results))
+    else:
+        results = main(quick=arguments.quick, progress=bar)
+        files = list(extra(results, folder))
+        sentences = list(findings(results))
+        results.attrs.update(stamp(quick=str(int(arguments.quick)), question=question, finding=sentences[0],
+                                   files=" ".join(file.name for file in files)))
+        write_netcdf(results, folder / "results.nc")
     page = write_experiment(folder, name, question, sentences, draw(results), tables(results), files, results.attrs)
+    if arguments.output is None:
+        write_index(folder.parent)
     print(*sentences, page, sep="\n")

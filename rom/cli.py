@@ -142,18 +142,16 @@ def _compare(arguments: argparse.Namespace) -> None:
 def _report(arguments: argparse.Namespace) -> None:
     from rom.comparison import compare, write_results
     from rom.comparison.settings import COMPARED
-    from rom.reporting import conclusions, verdict, write_index, write_report
+    from rom.reporting import conclusions, write_index, write_report
 
     arguments.output.mkdir(parents=True, exist_ok=True)
-    pages = []
     for name in COMPARED:
         folder = arguments.output / name
         results = compare(name, quick=arguments.quick, seed=arguments.seed, progress=bar)
         write_results(results, folder)
         page = write_report(results, folder)
         print(f"\n{results.attrs['title']}", *conclusions(results), page, sep="\n")
-        pages.append((results.attrs["title"], page.relative_to(arguments.output).as_posix(), verdict(results)))
-    print(f"\n{write_index(arguments.output, pages)}")
+    print(f"\n{write_index(arguments.output)}")
 
 
 if __name__ == "__main__":

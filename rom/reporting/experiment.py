@@ -13,6 +13,11 @@ from rom.reporting.plate import Plate
 PROVENANCE = {"commit": "commit", "software_versions": "software", "machine": "machine", "fingertip": "fingertip"}
 
 
+def title_of(name: str) -> str:
+    """Heading of an experiment from the name of its folder."""
+    return name.replace("-", " ").capitalize()
+
+
 def write_experiment(
     folder: Path,
     name: str,
@@ -51,7 +56,7 @@ def write_experiment(
         old.unlink()
     for plate in plates:
         plate.write(folder)
-    title = name.replace("-", " ").capitalize()
+    title = title_of(name)
     body = [f"<h1>{html.text(title)}</h1>", html.paragraph(question, "question")]
     if str(attributes.get("quick", "0")) == "1":
         body.append(html.paragraph("Coarse mesh and few cases: a check that everything runs, not a result.", "notice"))

@@ -37,14 +37,18 @@ def page(found: Results, plates: Sequence[Plate]) -> str:
     return html.document(title, [*head, html.bullets(conclusions(found.data), "verdict"), f"<nav>{links}</nav>", *body])
 
 
-def index(pages: Sequence[tuple[str, str, str]]) -> str:
-    """HTML of the front page: each scene's title, linked, with its verdict."""
+def index(scenes: Sequence[tuple[str, str, str]], experiments: Sequence[tuple[str, str, str]]) -> str:
+    """HTML of the front page: title, path and one sentence of each comparison and each experiment."""
     title = "Reduced-order models of the human fingertip"
     body = [f"<h1>{html.text(title)}</h1>",
             html.paragraph("Direct finite elements, modal superposition, POD and networks on the same fingertip: "
                            "error, run time and preparation, measured in one protocol.", "question")]
-    for name, path, verdict in pages:
+    for name, path, verdict in scenes:
         body.append(f'<h2><a href="{escape(path)}">{html.text(name)}</a></h2>\n{html.paragraph(verdict)}')
+    if experiments:
+        entries = [f'<dt><a href="{escape(path)}">{html.text(name)}</a></dt><dd>{html.text(finding)}</dd>'
+                   for name, path, finding in experiments]
+        body.append(html.section("experiments", "Experiments: one question each", "<dl>", *entries, "</dl>"))
     return html.document(title, body)
 
 

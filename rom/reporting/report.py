@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import xarray as xr
 
-from rom.datasets.storage import whole_file
+from rom.datasets.storage import open_netcdf, read_netcdf, whole_file
 from rom.reporting import checks, cost, error_over_inputs, fields, page, regions, work_precision
+from rom.reporting.conclusions import verdict
+from rom.reporting.experiment import title_of
 from rom.reporting.plate import Plate
 from rom.reporting.results import Results
 
@@ -61,20 +63,29 @@ def write_report(results: xr.Dataset, folder: str | Path) -> Path:
     return _write_text(folder / "index.html", page.page(found, plates))
 
 
-def write_index(folder: str | Path, pages: Sequence[tuple[str, str, str]]) -> Path:
-    """Write the front page ``index.html``.
+def write_index(folder: str | Path) -> Path:
+    """Write the front page ``index.html`` over all comparisons and experiments whose results lie below a folder.
 
     Parameters
     ----------
     folder : path
-    pages : sequence of (title, path relative to ``folder``, one-sentence verdict)
+        Of the folders that `write_report` and `write_experiment` wrote beside a ``results.nc``.
 
     Returns
     -------
     Path
         Of the front page.
     """
-    return _write_text(Path(folder) / "index.html", page.index(pages))
+    scenes, experiments = [], []
+    for file in sorted(Path(folder).glob("*/results.nc")):
+        linked = f"{file.parent.name}/index.html"
+        with open_netcdf(file) as results:
+            known = {name: str(results.attrs.get(name, "")) for name in ("title", "finding")}
+        if known["finding"]:
+            experiments.append((title_of(file.parent.name), linked, known["finding"]))
+        elif known["title"]:
+            scenes.append((known["title"], linked, verdict(read_netcdf(file))))
+    return _write_text(Path(folder) / "index.html", page.index(scenes, experiments))
 
 
 def _write_text(path: Path, text: str) -> Path:

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from synthetic_results import HARMONIC, make
 
 from rom.datasets.storage import read_netcdf, write_netcdf
-from rom.reporting import write_index, write_report
+from rom.reporting import verdict, write_index, write_report
 from rom.reporting.page import page
 from rom.reporting.report import FIGURES
 from rom.reporting.results import Results
@@ -198,12 +199,15 @@ def test_a_failed_figure_leaves_the_old_page(tmp_path, monkeypatch):
     assert not list(tmp_path.glob(".*partial"))
 
 
-def test_front_page_links_the_reports(tmp_path):
-    written = write_index(tmp_path, [("Static <forces>", "static/index.html", "Take A & B."),
-                                  ("Vibration", "v/index.html", "No.")])
-    reader = Reader(written)
-    assert reader.links == ["static/index.html", "v/index.html"]
+def test_front_page_links_comparisons_and_experiments(tmp_path):
+    data = make(HARMONIC)
+    write_netcdf(data.assign_attrs(title="Static <forces>"), tmp_path / "static" / "results.nc")
+    write_netcdf(xr.Dataset(attrs={"finding": "Take A & B."}), tmp_path / "two-things" / "results.nc")
+    reader = Reader(write_index(tmp_path))
+    assert reader.links == ["static/index.html", "two-things/index.html"]
     assert "Static <forces>" in reader.words
+    assert verdict(data) in reader.words
+    assert "Two things" in reader.words
     assert "Take A & B." in reader.words
 
 
