@@ -3,6 +3,7 @@
 lambda_p = phi^T (K_p - lambda M_p) phi with phi^T M phi = 1, and f_p = lambda_p / (8 pi^2 f) (Fox and Kapoor, AIAA J.
 6, 1968, 2426). Modes of one frequency have no shape of their own: their derivatives are the eigenvalues of
 Phi^T (K_p - lambda M_p) Phi over the cluster (Ojalvo, AIAA J. 26, 1988, 361; Dailey, AIAA J. 27, 1989, 486).
+Close but distinct modes of one parity have derivatives that hold over changes small against their distance, no further.
 """
 
 from __future__ import annotations
