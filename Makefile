@@ -5,7 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 export ROM_CACHE ?= $(CURDIR)/.cache
 
-.PHONY: report report-quick test test-all lint clean
+EXPERIMENTS := $(filter-out experiments/script.py %_plates.py,$(wildcard experiments/*.py))
+
+.PHONY: report report-quick experiments experiments-quick test test-all lint clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -17,6 +19,12 @@ report: $(STAMP)
 
 report-quick: $(STAMP)
 	$(BIN)/rom report --output reports/quick --quick
+
+experiments: $(STAMP)
+	set -e; for script in $(EXPERIMENTS); do echo "== $$script"; $(BIN)/python $$script; done
+
+experiments-quick: $(STAMP)
+	set -e; for script in $(EXPERIMENTS); do echo "== $$script"; $(BIN)/python $$script --quick; done
 
 test: $(STAMP)
 	$(BIN)/python -m pytest

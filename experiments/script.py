@@ -30,8 +30,11 @@ def silent(items: Iterable, _: str) -> Iterable:
 
 
 def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
-    """A preset, or a coarse mesh of the same anatomy."""
-    tip = Fingertip.preset(preset)
+    """A preset, or a coarse mesh of the same anatomy.
+
+    `study` comes with full integration: so the modal study computed, and so the surfaces were calibrated to it.
+    """
+    tip = Fingertip.preset(preset, formulation="full" if preset == "study" else "b-bar")
     return replace(tip, density=QUICK_DENSITY) if quick else tip
 
 
