@@ -6,7 +6,6 @@ directions, loss factor 0.1. Amplitudes are ``sqrt(|u_x|^2 + |u_y|^2 + |u_z|^2)`
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,6 @@ from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import magnitudes, moving_nodes, sweep_cases
 from rom.vibration.motion import at_largest_motion
 
-FORMULATION = "b-bar"
 FREQUENCIES = (0.0, 50.0, 100.0, 150.0, 200.0, 250.0)
 FORCE = 0.1
 SETTINGS = {"modes": 12, "vectors": 10}
@@ -41,7 +39,7 @@ DRAWN_AS = 2.0
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """In which shapes does the fingertip vibrate, and where does it move most?"""
-    scene = get_scene(HarmonicPatchForces.name, replace(script.fingertip(quick, "study"), formulation=FORMULATION))
+    scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
     mesh, moving = scene.fingertip.mesh, moving_nodes(scene)
     cases = sweep_cases(scene, FREQUENCIES, amplitude=FORCE)
     truth = scene.values(read_dataset(solve_dataset(
@@ -81,8 +79,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "long_name": "excitation frequency", "units": "Hz"}), "component": ["x", "y", "z"],
         **{f"skin_{axis}": ("skin_node", mesh.nodes[mesh.skin_nodes, k], {
             "long_name": f"{axis} of a skin node", "units": "m"}) for k, axis in enumerate("xyz")}},
-        attrs={"force": FORCE, "fingertip": f"{mesh.n_nodes:,} nodes, {scene.n_free:,} free degrees of freedom, "
-                                            f"{FORMULATION}"})
+        attrs={"force": FORCE, "fingertip": script.spoken(scene.fingertip)})
 
 
 # ---- what is read off the results ---------------------------------------------------------------------------

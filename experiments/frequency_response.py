@@ -35,7 +35,6 @@ from rom.vibration.frequency_response import (
 )
 from rom.vibration.resonance import highest_peak
 
-FORMULATION = "b-bar"
 FREQUENCIES = np.arange(1.0, 261.0)
 MODELS: dict[str, dict[str, Any]] = {
     "modal": {"modes": 12}, "modal-static": {"modes": 12}, "modal-krylov": {"modes": 12, "vectors": 10}}
@@ -49,7 +48,7 @@ the number of frequencies."""
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """How does the fingertip answer to vibration of its pad, and what does it cost to know?"""
-    scene = get_scene(HarmonicPatchForces.name, replace(script.fingertip(quick, "study"), formulation=FORMULATION))
+    scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
     frequency = FREQUENCIES[9::10] if quick else FREQUENCIES
     path = solve_dataset(scene, sweep_cases(scene, frequency), progress=lambda items: progress(items, "direct solves"))
     models: dict[str, Metamodel] = {}
@@ -91,8 +90,9 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
                                                figures["peak_distal_proximal_hz"]], {
         "long_name": "published frequency of the peak", "units": "Hz"})
     results = results.assign({**_speed(results), **_resonances(results)})
-    results.attrs = {"formulation": FORMULATION, "n_free": scene.n_free, "machine": machine(), "fingertip": (
-        f"{scene.fingertip.mesh.n_nodes:,} nodes, {scene.n_free:,} free degrees of freedom, {FORMULATION}"),
+    results.attrs = {
+        "formulation": scene.fingertip.formulation, "n_free": scene.n_free, "machine": machine(),
+        "fingertip": script.spoken(scene.fingertip),
         "settings": "; ".join(f"{name}: " + ", ".join(f"{n} {k}" for k, n in s.items()) for name, s in MODELS.items())}
     return results
 

@@ -6,8 +6,6 @@ the residual, which a truncated superposition loses.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import script
 import xarray as xr
@@ -24,7 +22,6 @@ from rom.vibration.frequency_response import frequency_response, sweep_cases
 from rom.vibration.parity import parity
 from rom.vibration.participation import energy_shares, participation, static_shares
 
-FORMULATION = "b-bar"
 MODES, VECTORS = 12, 10
 TABLED = (50.0, 100.0, 150.0, 200.0, 250.0)
 """Frequencies of the table [Hz]."""
@@ -34,7 +31,7 @@ RESIDUAL = "left"
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """Which natural modes carry a force on the finger pad?"""
-    scene = get_scene(HarmonicPatchForces.name, replace(script.fingertip(quick, "study"), formulation=FORMULATION))
+    scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
     model, tip = scene.full_order, scene.fingertip
     frequency = np.arange(10.0, 261.0, 10.0) if quick else np.arange(2.0, 261.0, 2.0)
     modes = model.natural_modes(count=MODES)
@@ -70,7 +67,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         coords={"direction": list(DIRECTIONS), "mode": ("mode", np.arange(1, MODES + 1), {
             "long_name": "mode number", **one}), "carrier": [*map(str, range(1, MODES + 1)), RESIDUAL],
             "frequency": ("frequency", frequency, {"long_name": "excitation frequency", "units": "Hz"})},
-        attrs={"fingertip": f"{tip.mesh.n_nodes:,} nodes, {scene.n_free:,} free degrees of freedom, {FORMULATION}"})
+        attrs={"fingertip": script.spoken(scene.fingertip)})
 
 
 # ---- what is read off the results ---------------------------------------------------------------------------

@@ -38,6 +38,11 @@ def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
     return replace(tip, density=QUICK_DENSITY) if quick else tip
 
 
+def spoken(tip: Fingertip) -> str:
+    """Size and elements of a fingertip, for the page."""
+    return f"{tip.mesh.n_nodes:,} nodes, {len(tip.free_dofs):,} free degrees of freedom, {tip.formulation}"
+
+
 def published() -> dict[str, Any]:
     """Tables of ``data/published.toml``: figures that experiments compare with."""
     return tomllib.loads((Path(__file__).parents[1] / "data" / "published.toml").read_text(encoding="utf-8"))

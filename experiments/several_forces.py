@@ -8,7 +8,6 @@ receptances are H11, H22 and, by reciprocity, H12 = H21, the mean power put in b
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import script
@@ -22,7 +21,6 @@ from rom.reporting import html, words
 from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
 from rom.vibration.motion import ellipse_axes, travelling_index
 
-FORMULATION = "b-bar"
 FREQUENCIES = (50.0, 100.0, 150.0, 200.0, 250.0)
 APART = 3e-3
 """Distance of a pair's patches from the fingerprint centroid [m]: they stand 6 mm apart."""
@@ -38,7 +36,7 @@ CHECKED = (0.0, 90.0, 180.0, 270.0)
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """What do two vibrating forces do together, as their phase difference goes once around?"""
-    tip = replace(script.fingertip(quick, "study"), formulation=FORMULATION)
+    tip = script.fingertip(quick, "study")
     places = _places(tip.mesh)
     scene = get_scene(HarmonicPatchForces.name, tip, sites=tuple(places.values()))
     phase = np.arange(0.0, 361.0, 30.0 if quick else 10.0)
@@ -104,8 +102,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         "checked_phase": ("checked_phase", list(CHECKED), {"long_name": "phase difference", "units": "degree"}),
         **{f"skin_{axis}": ("skin_node", mesh.nodes[mesh.skin_nodes, k], {
             "long_name": f"{axis} of a skin node", **metre}) for k, axis in enumerate("xyz")}},
-        attrs={"force": FORCE, "fingertip": f"{mesh.n_nodes:,} nodes, {scene.n_free:,} free degrees of freedom, "
-                                            f"{FORMULATION}"})
+        attrs={"force": FORCE, "fingertip": script.spoken(scene.fingertip)})
 
 
 def _places(mesh) -> dict[str, int]:

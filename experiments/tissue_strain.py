@@ -86,7 +86,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "direction": ("direction", list(DIRECTIONS), {"long_name": "direction of the force on the skin"}),
             "depth": ("depth", [name for name, _, _ in depths], {"long_name": "place below the skin"})},
         attrs={"force_n": FORCE, "loss_factor": LOSS_FACTOR, "formulation": tip.formulation,
-               "fingertip": tip.content_hash})
+               "fingertip": script.spoken(tip), "content_hash": tip.content_hash})
     return results.assign(_errors(scene, cases, truth, points, exact, progress))
 
 
@@ -271,7 +271,7 @@ def tables(results: xr.Dataset) -> list[str]:
 def extra(results: xr.Dataset, folder: Path) -> list[Path]:
     """The whole field at the highest frequency for ParaView; nothing where the fingertip is no longer the same."""
     tip = script.fingertip(str(results.attrs.get("quick", "0")) == "1", "study")
-    if tip.content_hash != results.attrs["fingertip"]:
+    if tip.content_hash != results.attrs["content_hash"]:
         return []
     scene = get_scene(HarmonicPatchForces.name, tip)
     cases = load_cases(scene)

@@ -60,7 +60,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     digitip = published()["digitip"]
     results.attrs = {"volume_mm3": free.mesh.volume * 1e9, "published_volume_mm3": digitip["volume_mm3"],
                      "formulation": FORMULATION, "other_formulation": OTHER, "nodes": free.mesh.n_nodes,
-                     "elements": len(free.mesh.hexahedra), "fingertip": free.content_hash}
+                     "elements": len(free.mesh.hexahedra), "fingertip": script.spoken(free)}
     return with_facts(results)
 
 
