@@ -157,9 +157,8 @@ def characteristics(anatomy: Anatomy, density: MeshDensity, names: Iterable[str]
                                "choose a shape nearer to the defaults")
         frequency[r] = found.modes.frequency_hz[rows]
         if names:
-            kept = replace(found.modes, eigenvalue=found.modes.eigenvalue[rows], shape=found.modes.shape[:, rows])
-            change = frequency_sensitivity(tip, kept, [f"{SHAPE}.{name}" for name in names])["derivative"].values
-            slope[r] = (change / frequency[r]).T
+            change = frequency_sensitivity(tip, found.modes, [f"{SHAPE}.{name}" for name in names])["derivative"].values
+            slope[r] = (change[:, rows] / frequency[r]).T
     volume = tip.mesh.volume * 1e9
     return Characteristics(frequency, volume, slope, np.array([_volume_slope(anatomy, density, n) for n in names]))
 
