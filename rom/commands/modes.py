@@ -84,6 +84,8 @@ def _table(found: ModalAnalysis, rear: str) -> str:
     lines += ["'looks as' lists published modes whose description is met; the last columns are measures of the shape",
               f"no mode is missing: {modes.sturm_count} below {modes.sturm_shift_hz:.2f} Hz by a Sturm count",
               f"mesh: {tip.mesh.n_nodes:,} nodes, {len(tip.free_dofs):,} free dofs; {tip.formulation}; rear {tip.rear}"]
+    if printed and tip.formulation != "full":
+        lines.append("published frequencies are those of full integration: --formulation full compares like with like")
     return "\n".join(lines)
 
 
