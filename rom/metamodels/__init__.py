@@ -2,5 +2,6 @@
 
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.registry import METHODS, applicable, create, load, metamodel_class
+from rom.metamodels.validity import Assessment, ValidityWarning
 
-__all__ = ["METHODS", "Metamodel", "applicable", "create", "load", "metamodel_class"]
+__all__ = ["METHODS", "Assessment", "Metamodel", "ValidityWarning", "applicable", "create", "load", "metamodel_class"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+import warnings
 from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
@@ -13,7 +14,8 @@ import xarray as xr
 
 from rom.datasets.schema import check_scene
 from rom.datasets.storage import read_netcdf, write_netcdf
-from rom.errors import NotFittedError, SchemaError
+from rom.errors import NotFittedError, SchemaError, SolverError
+from rom.metamodels.validity import Assessment, TrainedRange, ValidityWarning, check_tolerance, warning_text
 from rom.provenance import stamp
 from rom.scenes import CaseArrays, Scene, scene_from_json
 
@@ -47,6 +49,8 @@ class Metamodel(ABC):
         self.fitted = False
         self.borrowed_seconds = 0.0
         self.offline_seconds = float("nan")
+        self.trained: TrainedRange | None = None
+        """What the training cases covered, in a fitted method that learns."""
 
     # ---- the contract ---------------------------------------------------------------------------------------
 
@@ -72,30 +76,103 @@ class Metamodel(ABC):
             check_scene(train, self.scene, "the training dataset")
             if not np.isfinite(train["displacement"].values).all():
                 raise ValueError("the training displacement holds a value that is not finite: drop that case")
+            self.trained = TrainedRange.of(self.scene.case_arrays(train))
         self.borrowed_seconds = 0.0
         self._fit(train)  # type: ignore[arg-type]  # None reaches only the methods that look at the model alone
         self.fitted = True
         self.offline_seconds = time.perf_counter() - start + self.borrowed_seconds
         return self
 
-    def predict(self, cases: xr.Dataset) -> xr.Dataset:
+    def predict(self, cases: xr.Dataset, tolerance: float | None = None) -> xr.Dataset:
         """Labelled answers to labelled cases: the full-order model's dimensions, names and units.
+
+        Without a tolerance the error is what the method knows at little cost (:meth:`quick_assessment`).
 
         Parameters
         ----------
         cases : xr.Dataset
             The scene's ``load_variables`` (case, force): ``load_node``, ``force_amplitude`` ...; in harmonic scenes
             ``frequency`` and ``loss_factor`` (case).
+        tolerance : float, optional
+            Largest relative error in the energy norm. Cases in which the method cannot show that it meets it are
+            answered by the next better one, up to `direct`.
 
         Returns
         -------
         xr.Dataset
-            The cases with ``displacement`` (case, node, component) [m] and what the method knows of its error.
+            The cases with ``displacement`` (case, node, component) [m], ``error_estimate``, ``error_kind`` and
+            ``validity`` (case) as in `Assessment`, with a tolerance also ``answered_by`` (case).
+
+        Raises
+        ------
+        NotFittedError
+        ValueError
+            For cases that are not the scene's, and a tolerance that nothing can meet.
+        SolverError
+            Where a case has no finite answer, such as an undamped resonance.
+
+        Warns
+        -----
+        ValidityWarning
+            Once, where the method does not stand behind an answer, or nothing met the tolerance.
         """
+        if tolerance is not None:
+            tolerance = check_tolerance(tolerance)
         arrays = self.scene.case_arrays(cases)
-        answer = self.scene.label(cases, self.evaluate(arrays))
+        answered_by = None
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            if tolerance is None:
+                values, found = self._answer(arrays)
+                kind = np.full(len(arrays), found.kind)
+            else:
+                from rom.metamodels.tolerance import answer_within
+
+                values, found, kind, answered_by = answer_within(self, arrays, tolerance)
+            extra = self.indicators(arrays)
+        bad = ~np.isfinite(values).all(axis=1)
+        if bad.any():
+            raise SolverError(f"case {int(np.argmax(bad))} has no finite answer by {self.name}: an undamped resonance "
+                              "or an overflow; give a loss factor above zero, or a smaller force")
+        answer = self.scene.label(cases, values)
         answer.attrs["method"] = self.name
-        return answer.assign(self.indicators(arrays))
+        answer = answer.assign(extra).assign({
+            "error_estimate": ("case", found.error, {
+                "long_name": "relative error in the energy norm, as far as it is known", "units": "1"}),
+            "error_kind": ("case", kind, {"long_name": "what error_estimate is: bound, estimate or none"}),
+            "validity": ("case", found.reason, {"long_name": "why the method does not stand behind the answer"})})
+        if answered_by is not None:
+            answer["answered_by"] = ("case", answered_by, {"long_name": "method that answered"})
+            answer.attrs["tolerance"] = tolerance
+        if (found.reason != "").any():
+            warnings.warn(warning_text(self.name, found.reason, found.error), ValidityWarning, stacklevel=2)
+        return answer
+
+    def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
+        """How wrong the answers are, as well as the method can tell; may cost more than the answer itself.
+
+        Parameters
+        ----------
+        cases : CaseArrays
+        values : (n_case, n_free) ndarray [m], optional
+            The method's answer, full field, if it is there already.
+
+        Returns
+        -------
+        Assessment
+        """
+        return self.quick_assessment(cases)
+
+    def quick_assessment(self, cases: CaseArrays) -> Assessment:
+        """What the method knows of its error without a reference, a solve or the answer: ranges at least."""
+        return Assessment.unknown(self.reasons(cases))
+
+    def reasons(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case,) ndarray of str: what lies outside the method's range, or nothing."""
+        return np.full(len(cases), "") if self.trained is None else self.trained.reasons(cases)
+
+    def _answer(self, cases: CaseArrays) -> tuple[np.ndarray, Assessment]:
+        """Answers for the scene's outputs, and what is known of their error at little cost."""
+        return self.evaluate(cases), self.quick_assessment(cases)
 
     def evaluate(self, cases: CaseArrays, outputs: str | None = None, out: np.ndarray | None = None) -> np.ndarray:
         """The lean call: plain arrays in, plain array out, nothing checked, nothing labelled.
@@ -195,7 +272,8 @@ class Metamodel(ABC):
     def _file_attributes(self) -> dict[str, Any]:
         return {"model_version": MODEL_VERSION, "method": self.name, "settings": json.dumps(self.settings),
                 "scene_parameters": self.scene.to_json(), "scene_hash": self.scene.content_hash,
-                "mesh_hash": self.scene.fingertip.mesh.mesh_hash, "offline_seconds": self.offline_seconds, **stamp()}
+                "mesh_hash": self.scene.fingertip.mesh.mesh_hash, "offline_seconds": self.offline_seconds,
+                "trained": json.dumps(self.trained and self.trained.to_dict()), **stamp()}
 
     @classmethod
     def _from_attributes(cls, attributes: dict[str, Any], path: str | Path, scene: Scene | None) -> Self:
@@ -215,6 +293,8 @@ class Metamodel(ABC):
                               "fit the metamodel for this fingertip")
         model = cls(scene, **json.loads(attributes["settings"]))
         model.offline_seconds = float(attributes["offline_seconds"])
+        trained = json.loads(attributes.get("trained", "null"))
+        model.trained = None if trained is None else TrainedRange.from_dict(trained)
         return model
 
     # ---- what each method writes ----------------------------------------------------------------------------
