@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import frf, modes
+from rom.commands import explain, frf, modes
 from rom.errors import RomError
 
 
@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     _common(report)
     report.set_defaults(run=_report)
 
-    for command in (frf, modes):  # each a file in rom/commands
+    for command in (explain, frf, modes):  # each a file in rom/commands
         command.add(commands)
     return parser
 

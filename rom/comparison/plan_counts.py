@@ -1,0 +1,139 @@
+"""Counts behind a plan: entries, bytes, floating-point operations, from the mesh and the methods' settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from rom.fingertip.pattern import entries_by_tissue, node_pattern
+from rom.fullorder.factor_size import FactorSize, factor_size
+from rom.metamodels.basis import PRECISIONS
+
+if TYPE_CHECKING:
+    from rom.fingertip import Fingertip
+    from rom.fingertip.mesh import FingertipMesh
+    from rom.metamodels.metamodel import Metamodel
+    from rom.scenes import Scene
+
+Counts = dict[str, float]
+COMPLEX_FLOP = 4
+"""Real operations of a complex multiply-add over those of a real one."""
+STIFFNESS_BLOCK, MASS_BLOCK = 9, 3
+"""Entries of K and M between two nodes that share an element: M couples like components only."""
+
+
+def mesh(found: FingertipMesh) -> Counts:
+    """Nodes, elements, and bytes of coordinates and connectivity."""
+    return {"nodes": found.n_nodes, "elements": len(found.hexahedra),
+            "bytes": found.nodes.nbytes + found.hexahedra.nbytes + found.tissue.nbytes}
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """Counts of one fingertip's matrices and factors; computed when asked for."""
+
+    tip: Fingertip
+
+    @cached_property
+    def _blocks(self) -> sparse.csr_array:
+        return node_pattern(self.tip)
+
+    def _sparse(self, entries_a_block: int) -> Counts:
+        """Upper limits: an assembly may drop entries that vanish exactly."""
+        n = len(self.tip.free_dofs)
+        parts = [entries_a_block * blocks for blocks in entries_by_tissue(self.tip).values()]
+        total = entries_a_block * int(self._blocks.nnz)
+        return {"dofs": n, "entries": total, "bytes": sum(12 * one + 4 * (n + 1) for one in [*parts, total])}
+
+    @cached_property
+    def stiffness(self) -> Counts:
+        return self._sparse(STIFFNESS_BLOCK)
+
+    @cached_property
+    def mass(self) -> Counts:
+        return self._sparse(MASS_BLOCK)
+
+    @cached_property
+    def _factor(self) -> FactorSize | None:
+        return factor_size(sparse.kron(self._blocks, np.ones((3, 3)), format="csr"))
+
+    def factor(self, complex_: bool) -> Counts:
+        """Entries, bytes and operations of one numeric factorization; empty without a symbolic phase."""
+        if self._factor is None:
+            return {}
+        return {"entries": self._factor.entries, "bytes": (16 if complex_ else 8) * self._factor.entries,
+                "flop": (COMPLEX_FLOP if complex_ else 1) * self._factor.flop}
+
+    def solve_flop(self, complex_: bool) -> float:
+        """Operations of one solve: each entry of the factor is used forwards and backwards."""
+        return 0.0 if self._factor is None else 4.0 * (COMPLEX_FLOP if complex_ else 1) * self._factor.entries
+
+
+def matrices(tip: Fingertip) -> Matrices:
+    return Matrices(tip)
+
+
+def modes(model: Metamodel) -> Counts:
+    """Number of modes, where the settings say it; the others are counted in the band when they are built."""
+    count = model.settings.get("modes")
+    return {} if count is None else {"modes": count}
+
+
+def solves_per_load(model: Metamodel) -> int:
+    """Static solves for each unit load: Lanczos takes one for its start and one for each vector."""
+    vectors = getattr(model, "n_vectors", None)
+    return 1 if vectors is None else 1 + vectors
+
+
+def responses(scene: Scene, model: Metamodel) -> Counts:
+    """Unit loads and right-hand sides."""
+    return {"loads": scene.n_loads, "solves": scene.n_loads * solves_per_load(model)}
+
+
+def _outputs(scene: Scene, outputs: str) -> int:
+    return 3 * scene.n_pad if outputs == "pad" else scene.n_free
+
+
+def answer_bytes(scene: Scene, outputs: str) -> int:
+    """One case's answer in double precision."""
+    return _outputs(scene, outputs) * scene.dtype.itemsize
+
+
+def online(scene: Scene, model: Metamodel, outputs: str, working: Matrices) -> Counts:
+    """Bytes held and operations of one answer of one force, where the settings decide them."""
+    name, settings, moves = model.name, model.settings, scene.harmonic
+    size = PRECISIONS[settings.get("precision", "float64")].itemsize
+    stored, n_out = (scene.n_free + 3 * scene.n_pad) * size, _outputs(scene, outputs)
+    planes = 2 if moves else 1
+    if name in ("direct", "direct-reused", "coarse-fem"):
+        factor = working.factor(moves)
+        kept = name == "direct-reused" and not moves
+        return {} if not factor else {"bytes": factor["bytes"],
+                                      "flop": (0 if kept else factor["flop"]) + working.solve_flop(moves)}
+    if name == "superposition":
+        return {"fields": scene.n_loads, "bytes": scene.n_loads * stored, "flop": 2.0 * n_out}
+    if name.startswith("modal") and settings["modes"] is not None:
+        own = getattr(model, "n_vectors", 0)
+        shared = settings["modes"]
+        return {"fields": shared + own * scene.n_loads, "bytes": (shared + own * scene.n_loads) * stored,
+                "flop": 2.0 * planes * (shared + own) * n_out}
+    if name == "pod-galerkin" and settings["rank"] is not None:
+        return {"fields": settings["rank"], "bytes": settings["rank"] * stored,
+                "flop": 2.0 * planes * settings["rank"] * n_out}
+    return {}
+
+
+WORDS = (("bytes", 1e9, "GB"), ("bytes", 1e6, "MB"), ("bytes", 1e3, "kB"), ("bytes", 1.0, "B"),
+         ("flop", 1e9, "Gflop"), ("flop", 1e6, "Mflop"), ("flop", 1e3, "kflop"), ("flop", 1.0, "flop"))
+
+
+def spoken(unit: str, value: float) -> str:
+    """A count with its unit, large ones scaled."""
+    for name, scale, word in WORDS:
+        if name == unit and value >= scale:
+            return f"{value / scale:.3g} {word}"
+    return f"{value:,.0f} {unit}"
