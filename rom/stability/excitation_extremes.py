@@ -1,0 +1,138 @@
+"""Extremes of the excitation: damping, frequency, distance from a resonance, clusters of modes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from rom.fingertip import Fingertip
+from rom.fullorder import natural_modes
+from rom.scenes import CaseArrays, Scene
+from rom.stability.level import POINT, STATIC, Level, harmonic_cases, static_cases
+
+LEARNED_DAMPING = 0.1
+SCANNED = np.linspace(0.4, 2.5, 15)
+"""Factors of the dermis' modulus among which two modes are sought that cross."""
+LOOKED_AT = 8
+
+
+def loss_factor() -> list[Level]:
+    """Loss factor from none to more than any tissue's."""
+    return [Level("loss factor", f"η {eta:g}", f"loss factor {eta:g} at 60 and 210 Hz", POINT,
+                  harmonic_cases([60.0, 210.0], eta)) for eta in (0.0, 1e-12, 1e-6, 1e-3, 0.1, 0.5, 0.6, 2.0, 100.0)]
+
+
+def frequency() -> list[Level]:
+    """Frequency from rest to far above everything that was learned."""
+    levels = [Level("frequency", "static", "no frequency at all", STATIC, static_cases)]
+    return levels + [Level("frequency", f"{hertz:g} Hz", f"{hertz:g} Hz at loss factor 0.1", POINT,
+                           harmonic_cases(hertz)) for hertz in (0.0, 1e-3, 1.0, 100.0, 300.0, 500.0, 1e3, 5e3, 1e5)]
+
+
+def resonance_distance() -> list[Level]:
+    """Near the first resonance and exactly at it, without damping and nearly so."""
+    levels = []
+    for eta in (0.0, 1e-6):
+        for distance in (1.0, 1e-3, 1e-6, 1e-9, 0.0):
+            levels.append(Level("resonance distance", f"η {eta:g}, {distance:g} Hz off",
+                                f"{distance:g} Hz above the first resonance at loss factor {eta:g}", POINT,
+                                _beside_resonance(distance, eta)))
+    return levels
+
+
+def _beside_resonance(distance: float, eta: float):
+    def cases(scene: Scene) -> CaseArrays:
+        first = float(scene.full_order.natural_modes(count=3).frequency_hz[0])
+        return harmonic_cases(first + distance, eta)(scene)
+    return cases
+
+
+def mode_clusters() -> list[Level]:
+    """Two modes nearly or exactly equal, with the basis cut inside the pair too."""
+    levels = []
+    for gap in (1e-2, 1e-6, 1e-12):
+        for eta in (0.1, 1e-6):
+            levels.append(Level("mode clusters", f"gap {gap:g}, η {eta:g}",
+                                f"between two modes {gap:g} apart (relative), loss factor {eta:g}", POINT,
+                                _at_pair(eta), change=_crossing(gap), skip=("mlp", "mlp-residual")))
+        levels.append(Level("mode clusters", f"gap {gap:g}, cut",
+                            f"a basis that ends between two modes {gap:g} apart", POINT, _at_pair(0.1),
+                            change=_crossing(gap), make=None, methods=("modal", "modal-static", "modal-krylov"),
+                            settings=_cut_settings()))
+    return levels
+
+
+def _cut_settings() -> dict[str, dict]:
+    """Few modes: the pair that crosses lies among the first `LOOKED_AT`, so some cut stands within it."""
+    return {"modal": {"modes": 2}, "modal-static": {"modes": 2}, "modal-krylov": {"modes": 2, "vectors": 12}}
+
+
+def _at_pair(eta: float):
+    def cases(scene: Scene) -> CaseArrays:
+        hertz = scene.full_order.natural_modes(count=LOOKED_AT).frequency_hz
+        k = int(np.argmin(np.diff(hertz) / hertz[1:]))
+        return harmonic_cases([(hertz[k] + hertz[k + 1]) / 2], eta)(scene)
+    return cases
+
+
+def _crossing(gap: float):
+    def change(tip: Fingertip) -> Fingertip:
+        factor, slope = crossing_factor(tip)
+        return _with_dermis(tip, factor + gap / slope)
+    return change
+
+
+def _with_dermis(tip: Fingertip, factor: float) -> Fingertip:
+    modulus = tip.anatomy.dermis.elastic_modulus * factor
+    return replace(tip, anatomy=tip.anatomy.replace_tissue("dermis", elastic_modulus=modulus))
+
+
+@lru_cache(maxsize=4)
+def crossing_factor(tip: Fingertip) -> tuple[float, float]:
+    """Factor of the dermis' modulus at which a mode symmetric about the mid-plane crosses one that is not.
+
+    Returns
+    -------
+    factor : float
+    slope : float
+        Relative gap of the two frequencies per unit of the factor.
+
+    Raises
+    ------
+    ValueError
+        Where no two of the first modes cross within `SCANNED`.
+    """
+    from scipy.optimize import brentq
+
+    def gap(factor: float, k: int) -> float:
+        """Relative distance of the k-th symmetric mode and the neighbour that was found beside it."""
+        even, odd = frequencies_by_symmetry(_with_dermis(tip, factor))
+        i, j = k // 16, k % 16
+        return float((even[i] - odd[j]) / odd[j])
+
+    tables = [frequencies_by_symmetry(_with_dermis(tip, factor)) for factor in SCANNED]
+    n_even = min(len(even) for even, _ in tables)
+    n_odd = min(len(odd) for _, odd in tables)
+    for i in range(n_even):
+        for j in range(n_odd):
+            sign = np.sign([even[i] - odd[j] for even, odd in tables])
+            change = np.flatnonzero(np.diff(sign))
+            if change.size:
+                low, high = SCANNED[change[0]], SCANNED[change[0] + 1]
+                k = 16 * i + j
+                at = float(brentq(gap, low, high, args=(k,), xtol=1e-15, rtol=1e-14))
+                return at, abs(gap(high, k) - gap(low, k)) / (high - low)
+    raise ValueError(f"no two of the first {LOOKED_AT} modes cross as the dermis' modulus changes: use another mesh")
+
+
+def frequencies_by_symmetry(tip: Fingertip) -> tuple[np.ndarray, np.ndarray]:
+    """Natural frequencies [Hz] of modes symmetric about the mid-plane, and of the others."""
+    modes = natural_modes(tip.stiffness, tip.mass, count=LOOKED_AT)
+    field = np.zeros((3 * tip.mesh.n_nodes, modes.count))
+    field[tip.free_dofs] = modes.shape
+    nodal = field.reshape(-1, 3, modes.count)
+    mirrored = nodal[tip.mesh.mirror] * np.array([1.0, -1.0, 1.0])[None, :, None]
+    even = np.einsum("ick,ick->k", nodal, mirrored) > 0
+    return modes.frequency_hz[even], modes.frequency_hz[~even]

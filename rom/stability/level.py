@@ -1,0 +1,153 @@
+"""A level: one extreme, small enough to be asked of every method, and described so that it can be made again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rom.datasets import solve_cases
+from rom.datasets.schema import dataset_attributes
+from rom.fingertip import Fingertip
+from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
+
+STATIC, POINT, PATCH = StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name
+
+SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
+    STATIC: {
+        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "superposition": {}, "pod-galerkin": {},
+        "pod-regression": {}, "transformer": {"width": 32, "steps": 200}},
+    POINT: {
+        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
+        "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}, "pod-regression": {"rank": 40},
+        "mlp": {"width": 64, "steps": 60}, "mlp-residual": {"modes": 10, "rank": 16, "width": 64, "steps": 60}},
+    PATCH: {
+        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
+        "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}},
+}
+"""What is asked by default, with settings that suit the small mesh."""
+NETWORKS = ("transformer", "mlp", "mlp-residual")
+LEARNERS = ("pod-galerkin", "pod-regression", *NETWORKS)
+FULL_ORDER = ("direct", "direct-reused")
+SNAPSHOTS = {STATIC: 48, POINT: 64, PATCH: 48}
+SEED = 5
+
+
+def same(tip: Fingertip) -> Fingertip:
+    """The fingertip as it is."""
+    return tip
+
+
+def drawn(scene: Scene) -> xr.Dataset:
+    """The ordinary training cases of a scene, solved directly."""
+    return solved(scene, scene.sample(SNAPSHOTS[scene.name], seed=SEED))
+
+
+def solved(scene: Scene, arrays: CaseArrays) -> xr.Dataset:
+    """A training dataset from given cases."""
+    return labelled(scene, arrays, solve_cases(scene, arrays)[0])
+
+
+def labelled(scene: Scene, arrays: CaseArrays, values: np.ndarray) -> xr.Dataset:
+    """A training dataset from given cases and answers."""
+    data = scene.label(scene.cases_from(arrays), values)
+    data.attrs.update(dataset_attributes(scene))
+    return data
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One extreme.
+
+    Parameters
+    ----------
+    axis, name : str
+        What is pushed, and how far; together unique.
+    words : str
+        The same as a clause that needs no table beside it.
+    scene : str
+        Name of the scene that is asked.
+    cases : callable
+        ``cases(scene) -> CaseArrays``: a few cases, each judged by itself; the level's outcome is the worst.
+    change : callable
+        ``change(fingertip) -> Fingertip``, from the atlas's own.
+    truth : callable, optional
+        ``truth(fingertip) -> Fingertip`` whose matrices tell right from wrong, on the same mesh; default: the
+        scene's own.
+    make : callable, optional
+        ``make(fingertip) -> Scene`` where the scene needs more than its name.
+    snapshots : callable
+        ``snapshots(scene) -> xr.Dataset``, for the methods that learn.
+    settings : dict
+        Settings that differ from `SETTINGS`, by method.
+    methods : tuple of str
+        Who is asked; empty: all of `SETTINGS`.
+    skip : tuple of str
+        Who is not.
+    threads : int
+        Of the direct solver and of numpy's linear algebra.
+    cancels : bool
+        Whether single answers nearly cancel, so that the error is measured against the sum of their norms.
+    """
+
+    axis: str
+    name: str
+    words: str
+    scene: str
+    cases: Callable[[Scene], CaseArrays]
+    change: Callable[[Fingertip], Fingertip] = same
+    truth: Callable[[Fingertip], Fingertip] | None = None
+    make: Callable[[Fingertip], Scene] | None = None
+    snapshots: Callable[[Scene], xr.Dataset] = drawn
+    settings: dict[str, dict[str, Any]] = field(default_factory=dict)
+    methods: tuple[str, ...] = ()
+    skip: tuple[str, ...] = ()
+    threads: int = 1
+    cancels: bool = False
+
+    @property
+    def asked(self) -> dict[str, dict[str, Any]]:
+        """Settings of every method that this level asks."""
+        mine = {**SETTINGS[self.scene], **self.settings}
+        names = self.methods or tuple(mine)
+        return {name: mine[name] for name in names if name in mine and name not in self.skip}
+
+    @property
+    def label(self) -> str:
+        """``axis: name``."""
+        return f"{self.axis}: {self.name}"
+
+
+def tissue_change(**by_tissue: dict[str, float]) -> Callable[[Fingertip], Fingertip]:
+    """Change some tissues' properties."""
+    def change(tip: Fingertip) -> Fingertip:
+        anatomy = tip.anatomy
+        for name, values in by_tissue.items():
+            anatomy = anatomy.replace_tissue(name, **values)
+        return replace(tip, anatomy=anatomy)
+    return change
+
+
+def dimension_change(**values: float) -> Callable[[Fingertip], Fingertip]:
+    """Change some dimensions [mm]."""
+    return lambda tip: replace(tip, anatomy=tip.anatomy.replace(**values))
+
+
+def static_cases(scene: Scene) -> CaseArrays:
+    """One force, and three at once."""
+    n = scene.n_pad
+    return CaseArrays(np.array([[n // 3, 0, 0], [n // 5, n // 2, n - 2]]), np.array([[0.5, 0, 0], [0.3, 0.7, 0.2]]))
+
+
+def harmonic_cases(frequency: float | list[float], loss_factor: float = 0.1, force: float = 0.05) -> Callable:
+    """One force at a pad node (at the patch, along its normal) at each frequency [Hz]."""
+    hertz = np.atleast_1d(np.asarray(frequency, dtype=float))
+
+    def cases(scene: Scene) -> CaseArrays:
+        node = 0 if scene.name == PATCH else scene.n_pad // 3
+        return CaseArrays(np.full((len(hertz), 1), node), np.full((len(hertz), 1), force), hertz.copy(),
+                          np.full(len(hertz), loss_factor))
+    return cases
