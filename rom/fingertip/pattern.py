@@ -1,4 +1,4 @@
-"""Stored entries of the fingertip's matrices, counted on the mesh: the cost of assembly, before anything is assembled."""
+"""Stored entries of the fingertip's matrices, counted on the mesh before anything is assembled."""
 
 from __future__ import annotations
 
