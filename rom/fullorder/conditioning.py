@@ -9,17 +9,33 @@ right-hand side, signs drawn at random, shows their size.
 
 from __future__ import annotations
 
+import logging
+import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from rom.fullorder.factorization import Factorization, factorize
-from rom.fullorder.symmetric import SymmetricMatrix, symmetric_matrix
+from rom.errors import SolverError
+from rom.fullorder.factorization import Factorization, factorize, random_signs
+from rom.fullorder.refinement import refined_solution
+from rom.fullorder.symmetric import symmetric_matrix
+
+log = logging.getLogger(__name__)
 
 #: Unit roundoff of double precision.
 EPS = 2.0**-53
+
+#: Relative error by rounding below which an answer is returned as it is.
+SUSPICION = 1e-8
+
+#: Relative error by rounding above which an answer comes with a warning.
+DOUBT = 1e-6
+
+#: Relative error by rounding above which there is no answer.
+HOPELESS = 1e-2
 
 
 class IllConditionedWarning(UserWarning):
@@ -57,7 +73,7 @@ def condition_estimate(model_or_matrix: Any, factorization: Factorization | None
     factor = factorize(matrix) if factorization is None else factorization
     if factor.n != matrix.n:
         raise ValueError(f"the matrix has {matrix.n} rows and the factorization {factor.n}: give a matrix and its own")
-    return float(row_sums(matrix).max() * inverse_norm(factor))
+    return float(matrix.absolute_product(np.ones(matrix.n)).max() * inverse_norm(factor))
 
 
 def inverse_norm(factor: Factorization) -> float:
@@ -81,29 +97,13 @@ def inverse_norm(factor: Factorization) -> float:
         np.random.set_state(state)  # noqa: NPY002 - as above
 
 
-def row_sums(matrix: SymmetricMatrix) -> NDArray[np.float64]:
-    """(n,) ndarray: sum of the entries' sizes in each row."""
-    return absolute_product(matrix, np.ones(matrix.n))
-
-
-def absolute_product(matrix: SymmetricMatrix, x: NDArray) -> NDArray[np.float64]:
-    """|A| |x| for x : (n,) or (n, k)."""
-    return SymmetricMatrix(matrix.indptr, matrix.indices, np.abs(matrix.values)).product(np.abs(x))
-
-
-def rounding_probe(matrix: SymmetricMatrix) -> NDArray[np.float64]:
-    """(n,) ndarray: right-hand side whose solution shows how far errors in the matrix' entries are carried."""
-    return random_signs(matrix.n) * row_sums(matrix)
-
-
-def rounding_error(factor: Factorization, matrix: Any, u: NDArray, b: NDArray) -> NDArray[np.float64]:
+def rounding_error(factor: Factorization, u: NDArray, b: NDArray) -> NDArray[np.float64]:
     """Estimate of the relative error that rounding of entries and products leaves in each column of u.
 
     Parameters
     ----------
     factor : Factorization
-        Of `matrix`.
-    matrix : SymmetricMatrix or (n, n) scipy sparse matrix
+        Of A.
     u, b : (n,) or (n, k) ndarray
         Computed solution and right-hand side.
 
@@ -112,15 +112,67 @@ def rounding_error(factor: Factorization, matrix: Any, u: NDArray, b: NDArray) -
     error : () or (k,) ndarray [1]
         In the 2-norm; one draw of random signs, so good for the order of magnitude.
     """
-    size = absolute_product(symmetric_matrix(matrix), u) + np.abs(b)
-    moved = factor.solve(EPS * (random_signs(factor.n) * size.T).T)
+    size = factor.matrix.absolute_product(u) + np.abs(b)
+    # other signs than the gain's, so that a mode which those happen to miss is met here
+    moved = factor.solve(EPS * (random_signs(factor.n)[::-1] * size.T).T)
     scale = np.linalg.norm(u, axis=0)
     return np.divide(np.linalg.norm(moved, axis=0), scale, out=np.zeros_like(scale), where=scale > 0)
 
 
-def random_signs(n: int) -> NDArray[np.float64]:
-    """(n,) ndarray of +1 and -1, always the same."""
-    return np.where(np.random.default_rng(7).random(n) < 0.5, -1.0, 1.0)
+def trusted_solution(factor: Factorization, terms: Sequence[tuple[complex, Any]], u: NDArray, b: NDArray) -> NDArray:
+    """The computed solution where rounding cannot have harmed it, else the refined one, with a warning if need be.
+
+    One solve a factorization (kept with it) tells cheaply whether to look closer.
+
+    Parameters
+    ----------
+    factor : Factorization
+        Of A.
+    terms : sequence of (number, matrix)
+        A as a sum, see `refined_solution`.
+    u, b : (n,) or (n, k) ndarray
+        Computed solution and right-hand side.
+
+    Returns
+    -------
+    u : (n,) or (n, k) ndarray
+
+    Warns
+    -----
+    IllConditionedWarning
+        Where rounding of the matrix' entries alone moves the answer by more than `DOUBT`.
+
+    Raises
+    ------
+    SolverError
+        Where it moves the answer by more than `HOPELESS`.
+    """
+    scale = np.linalg.norm(u, axis=0)
+    peak = np.divide(np.max(np.abs(u), axis=0), scale, out=np.zeros_like(scale), where=scale > 0)
+    if EPS * factor.rounding_gain * np.max(peak, initial=0.0) <= SUSPICION:
+        return u
+    error = rounding_error(factor, u, b)
+    worst = float(np.max(error, initial=0.0))
+    log.debug("rounding moves the answer by a relative %.1e", worst)
+    if worst <= SUSPICION:
+        return u
+    if worst <= HOPELESS:  # NaN is hopeless too
+        u, own = refined_solution(terms, b, factor)
+        worst = max(worst, float(np.max(own)))
+    if not worst <= HOPELESS:
+        raise SolverError(
+            f"rounding alone moves the solution by a relative {worst:.1e}, allowed {HOPELESS:.0e}: the matrix is "
+            "singular to working precision (a rigid motion, or an undamped resonance); hold the body, move the "
+            "frequency, or give a loss factor"
+        )
+    if worst > DOUBT:
+        warnings.warn(
+            f"rounding of the matrix alone moves the solution by a relative {worst:.1e}, as near a resonance without "
+            "damping: move the frequency, or give a loss factor",
+            IllConditionedWarning,
+            stacklevel=4,
+        )
+    return u
 
 
-__all__ = ["IllConditionedWarning", "condition_estimate", "rounding_error"]
+__all__ = ["IllConditionedWarning", "condition_estimate", "rounding_error", "trusted_solution"]

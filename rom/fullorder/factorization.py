@@ -32,7 +32,7 @@ def available_backends() -> tuple[str, ...]:
     return BACKENDS if load_library() is not None else BACKENDS[1:]
 
 
-def factorize(matrix: Any, *, backend: str = "auto") -> Factorization:
+def factorize(matrix: Any, *, backend: str = "auto", singular: float = SINGULAR_RESIDUAL) -> Factorization:
     """Factorize a symmetric matrix.
 
     Parameters
@@ -41,6 +41,8 @@ def factorize(matrix: Any, *, backend: str = "auto") -> Factorization:
         Real symmetric (definite or not) or complex symmetric, both triangles stored.
     backend : {"auto", "pardiso", "superlu"}
         "auto" takes PARDISO where the oneMKL runtime can be loaded, else SuperLU with one logged warning.
+    singular : float [1]
+        Relative residual of a random right-hand side above which the matrix counts as singular.
 
     Raises
     ------
@@ -49,7 +51,7 @@ def factorize(matrix: Any, *, backend: str = "auto") -> Factorization:
     SolverError
         If the matrix is singular, or the backend is missing or fails.
     """
-    factor = Factorization(symmetric_matrix(matrix), choose_backend(backend))
+    factor = Factorization(symmetric_matrix(matrix), choose_backend(backend), singular)
     factor._factorize(symbolic=True)
     factor._probe()
     return factor
@@ -81,12 +83,16 @@ class Factorization:
     ----------
     matrix : SymmetricMatrix
     backend : {"pardiso", "superlu"}
+    singular : float [1]
+        See `factorize`.
     """
 
-    def __init__(self, matrix: SymmetricMatrix, backend: str) -> None:
+    def __init__(self, matrix: SymmetricMatrix, backend: str, singular: float = SINGULAR_RESIDUAL) -> None:
         engine = Pardiso if backend == "pardiso" else Superlu
         self.backend = backend
         self._matrix = matrix
+        self._singular = singular
+        self._gain: float | None = None
         self._engine: Pardiso | Superlu = engine(matrix.indptr, matrix.indices, matrix.values.dtype)
 
     @property
@@ -98,6 +104,19 @@ class Factorization:
     def dtype(self) -> np.dtype:
         """float64 or complex128."""
         return self._matrix.values.dtype
+
+    @property
+    def matrix(self) -> SymmetricMatrix:
+        """What is factorized."""
+        return self._matrix
+
+    @property
+    def rounding_gain(self) -> float:
+        """||A^-1 p||_2 with p_i = +-sum_j |A_ij|: how far errors in the entries of A are carried; one solve, kept."""
+        if self._gain is None:
+            self._gain = float(np.linalg.norm(self.solve(
+                random_signs(self.n) * self._matrix.absolute_product(np.ones(self.n)))))
+        return self._gain
 
     def solve(self, b: ArrayLike) -> NDArray:
         """Solve A x = b for one or many right-hand sides.
@@ -201,18 +220,24 @@ class Factorization:
         b = np.random.default_rng(0).standard_normal(self.n).astype(self.dtype)
         with np.errstate(all="ignore"):
             residual = np.linalg.norm(self._matrix.product(self._solve(b)) - b) / np.linalg.norm(b)
-        if not residual <= SINGULAR_RESIDUAL:
+        if not residual <= self._singular:
             self.release()
             raise SolverError(
                 f"the matrix of size {self.n} is singular to working precision (relative residual {residual:.1e} "
-                f"of a trial solve, allowed {SINGULAR_RESIDUAL:.0e}): fix the rigid motions, or move away from the "
+                f"of a trial solve, allowed {self._singular:.0e}): fix the rigid motions, or move away from the "
                 "eigenvalue"
             )
 
     def _factorize(self, *, symbolic: bool = False) -> None:
         if symbolic:
             self._engine.analyse(self._matrix.values)
+        self._gain = None
         self._engine.factorize(self._matrix.values)
 
     def _solve(self, b: NDArray) -> NDArray:
         return self._engine.solve(b)
+
+
+def random_signs(n: int) -> NDArray[np.float64]:
+    """(n,) ndarray of +1 and -1, always the same."""
+    return np.where(np.random.default_rng(7).random(n) < 0.5, -1.0, 1.0)

@@ -18,6 +18,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SolverError
+from rom.fullorder.conditioning import HOPELESS, trusted_solution
 from rom.fullorder.dynamic_stiffness import DynamicStiffness, check_not_negative
 from rom.fullorder.factorization import SINGULAR_RESIDUAL, Factorization, choose_backend, factorize
 from rom.fullorder.modes import Modes, natural_modes
@@ -130,6 +131,11 @@ class SecondOrderModel:
         -------
         displacement : (n,) or (n, k) ndarray [m]
 
+        Warns
+        -----
+        IllConditionedWarning
+            Where rounding of the matrix alone moves the answer by more than 1e-6.
+
         Raises
         ------
         ValueError
@@ -141,7 +147,7 @@ class SecondOrderModel:
         factor = self.static_factorization
         if not (reuse_factor or fresh):
             factor.refactorize(self.stiffness)
-        return self._solve(factor, force, lambda u: self.stiffness @ u)
+        return self._solve(factor, force, lambda u: self.stiffness @ u, [(1.0, self.stiffness)])
 
     def harmonic_factorization(
         self, frequency: float, loss_factor: float, *, reuse_factor: bool = True
@@ -162,9 +168,14 @@ class SecondOrderModel:
         matrix = self.dynamic_stiffness.harmonic(*case)
         self._harmonic_case = None
         if self._harmonic is None:
-            self._harmonic = factorize(matrix, backend=self.backend)
+            # how near a resonance is too near depends on the load: judged with the solution
+            self._harmonic = factorize(matrix, backend=self.backend, singular=HOPELESS)
         else:
-            self._harmonic.refactorize(matrix)
+            try:
+                self._harmonic.refactorize(matrix)
+            except SolverError:
+                self._harmonic = None  # it was released with the failure; the next case starts afresh
+                raise
         self._harmonic_case = case
         return self._harmonic
 
@@ -187,6 +198,11 @@ class SecondOrderModel:
         -------
         displacement : (n,) or (n, k) ndarray of complex128 [m]
 
+        Warns
+        -----
+        IllConditionedWarning
+            Where rounding of the matrices alone moves the answer by more than 1e-6, near an undamped resonance.
+
         Raises
         ------
         ValueError
@@ -195,7 +211,10 @@ class SecondOrderModel:
             If Z is singular: an undamped resonance.
         """
         factor = self.harmonic_factorization(frequency, loss_factor, reuse_factor=reuse_factor)
-        return self._solve(factor, force, lambda u: self._apply(u, frequency, loss_factor))
+        terms = [(1 + 1j * loss_factor, self.stiffness), (-((2 * math.pi * frequency) ** 2), self.mass)]
+        if self.loss_stiffness is not None:
+            terms.append((1j, self.loss_stiffness))
+        return self._solve(factor, force, lambda u: self._apply(u, frequency, loss_factor), terms)
 
     def natural_modes(self, count: int | None = None, below_hz: float | None = None, *, seed: int = 0) -> Modes:
         """Undamped natural modes; see `rom.fullorder.modes.natural_modes`."""
@@ -294,7 +313,13 @@ class SecondOrderModel:
         elastic = (1 + 1j * loss_factor) * _real_times(self.stiffness, u) - inertia
         return elastic if self.loss_stiffness is None else elastic + 1j * _real_times(self.loss_stiffness, u)
 
-    def _solve(self, factor: Factorization, force: ArrayLike, apply: Callable[[NDArray], NDArray]) -> NDArray:
+    def _solve(
+        self,
+        factor: Factorization,
+        force: ArrayLike,
+        apply: Callable[[NDArray], NDArray],
+        terms: list[tuple[complex, sp.csr_array]],
+    ) -> NDArray:
         f = self._field(force, "force")
         u = factor.solve(f)
         remainder = f - apply(u)
@@ -305,6 +330,9 @@ class SecondOrderModel:
             log.debug("refinement: relative residual %.1e -> %.1e", worst, after)
             if after < worst:
                 u, worst = refined, after
+        trusted = trusted_solution(factor, terms, u, f)
+        if trusted is not u:  # refined until it stood still; a residual in working precision says no more
+            return trusted
         if not worst <= SINGULAR_RESIDUAL:
             raise SolverError(
                 f"the relative residual of the solution is {worst:.1e}, allowed {SINGULAR_RESIDUAL:.0e}: the "

@@ -51,6 +51,10 @@ class SymmetricMatrix:
         diagonal = upper.diagonal()
         return upper @ x + upper.T @ x - (diagonal * x.T).T
 
+    def absolute_product(self, x: NDArray) -> NDArray[np.float64]:
+        """|A| |x| for x : (n,) or (n, k)."""
+        return SymmetricMatrix(self.indptr, self.indices, np.abs(self.values)).product(np.abs(x))
+
 
 def symmetric_matrix(matrix: Any, name: str = "matrix") -> SymmetricMatrix:
     """Check a sparse matrix and keep its upper triangle.
