@@ -66,3 +66,20 @@ def rounding_size(stiffness: sp.sparray, fields: np.ndarray) -> np.ndarray:
     """
     weight = np.asarray(abs(stiffness).sum(axis=1)).ravel()
     return np.sqrt(np.einsum("...n,...n,n->...", fields, fields, weight, optimize=True))
+
+
+def gram(rows: np.ndarray, stiffness: sp.sparray) -> np.ndarray:
+    """(n_row, n_row) ndarray: products of rows in K."""
+    product = rows @ (stiffness @ rows.T)
+    return 0.5 * (product + product.T)
+
+
+def quadratic(matrix: np.ndarray, node: np.ndarray, number: np.ndarray) -> np.ndarray:
+    """(n_case,) ndarray: ``sqrt(x^H A x)`` where case i has the numbers ``number[i]`` at the places ``node[i]``."""
+    if node.shape[1] == 1:
+        return np.sqrt(np.maximum(matrix[node[:, 0], node[:, 0]], 0.0)) * np.abs(number[:, 0])
+    pairs = matrix[node[:, :, None], node[:, None, :]]
+    form = np.einsum("ci,cij,cj->c", number.conj(), pairs, number).real
+    # what rounding may have cancelled stays in
+    floor = 1e-15 * np.einsum("cij,ci,cj->c", np.abs(pairs), np.abs(number), np.abs(number))
+    return np.sqrt(np.maximum(form, floor))

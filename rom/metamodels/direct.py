@@ -7,6 +7,7 @@ solves for all right-hand sides of a group together.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +16,12 @@ import xarray as xr
 from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import room
 from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.residual_bound import energy_norms, residual_bound
+from rom.metamodels.validity import Assessment
 from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
+
+DOUBTFUL = 1e-6
+"""Estimated relative error above which `direct` does not stand behind an answer: rounding, greatly amplified."""
 
 
 class Direct(Metamodel):
@@ -53,10 +59,13 @@ class Direct(Metamodel):
         scene = self.scene
         rows = scene.pad_rows if outputs == "pad" else slice(None)
         out = room(out, len(cases), len(scene.pad_rows) if outputs == "pad" else scene.n_free, scene.dtype)
-        groups = scene.groups(cases) if self.keeps_factor else np.arange(len(cases))[:, None]
-        for group in groups:
+        for group in self._groups(cases):
             out[group] = self._solve(cases.take(group))[rows].T
         return out
+
+    def _groups(self, cases: CaseArrays) -> Iterable[np.ndarray]:
+        """Index arrays of cases that are solved together."""
+        return self.scene.groups(cases) if self.keeps_factor else np.arange(len(cases))[:, None]
 
     def _solve(self, block: CaseArrays) -> np.ndarray:
         force = self.scene.force_vectors(block)
@@ -64,6 +73,45 @@ class Direct(Metamodel):
             return self._model.solve_harmonic(force, float(block.frequency[0]), float(block.loss_factor[0]),
                                               reuse_factor=self.keeps_factor)
         return self._model.solve_static(force, reuse_factor=self.keeps_factor)
+
+    # ---- how wrong it is: what one more step of refinement would change, the residual summed in extended precision
+
+    def _answer(self, cases: CaseArrays) -> tuple[np.ndarray, Assessment]:
+        self._check_fitted()
+        scene = self.scene
+        rows = scene.pad_rows if scene.outputs == "pad" else slice(None)
+        values = np.empty((len(cases), len(scene.pad_rows) if scene.outputs == "pad" else scene.n_free), scene.dtype)
+        error = np.empty(len(cases))
+        for group in self._groups(cases):
+            block = cases.take(group)
+            field = self._solve(block)
+            error[group] = self._correction(block, field)
+            values[group] = field[rows].T
+        return values, self._judged(error)
+
+    def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
+        """Relative size of the next correction, an estimate; each operating point costs a factorization."""
+        error = np.empty(len(cases))
+        for group in self.scene.groups(cases):
+            block = cases.take(group)
+            field = self._solve(block) if values is None else np.asarray(values[group], dtype=self.scene.dtype).T
+            error[group] = self._correction(block, field)
+        return self._judged(error)
+
+    def _correction(self, block: CaseArrays, field: np.ndarray) -> np.ndarray:
+        """(n_case,) ndarray: ``||Z^-1 r||_K / ||u||_K`` of answers (n_free, n_case) at one operating point."""
+        residual = residual_bound(self.scene).residuals(block, field.T)
+        factor = self._model.harmonic_factorization(float(block.frequency[0]), float(block.loss_factor[0])) \
+            if self.scene.harmonic else self._model.static_factorization
+        step = factor.solve(residual)
+        miss, size = (energy_norms(part, self._model.stiffness) for part in (step, field + step))
+        return np.divide(miss, size, out=np.where(miss == 0.0, 0.0, np.inf), where=size > 0)
+
+    @staticmethod
+    def _judged(error: np.ndarray) -> Assessment:
+        error = np.maximum(np.where(np.isfinite(error), error, np.inf), 2.0 ** -53)
+        doubt = "rounding errors are amplified, as near an undamped resonance or by an ill-conditioned stiffness"
+        return Assessment(error, "estimate", np.where(error > DOUBTFUL, doubt, ""))
 
     def _state(self) -> xr.Dataset:
         return xr.Dataset()  # the scene in the attributes is all that it is

@@ -35,6 +35,8 @@ class LoadVectors:
         First row of S times beta_0 [J^1/2]; last row of S.
     beta : (n_load,) ndarray [s^2]
         Norm of the vector that would come next.
+    following : (n_load, n) ndarray [m J^-1/2]
+        That vector, K-normalised; zero where the space is exhausted.
     """
 
     vectors: np.ndarray
@@ -42,6 +44,7 @@ class LoadVectors:
     first: np.ndarray
     last: np.ndarray
     beta: np.ndarray
+    following: np.ndarray
 
 
 def load_vectors(model: SecondOrderModel, modes: Modes, loads: np.ndarray, count: int) -> LoadVectors:
@@ -100,4 +103,5 @@ def load_vectors(model: SecondOrderModel, modes: Modes, loads: np.ndarray, count
     tridiagonal[:, row[1:], row[:-1]] = tridiagonal[:, row[:-1], row[1:]] = beta[1:count].T
     theta, s = np.linalg.eigh(tridiagonal)
     vectors = np.einsum("lij,inl->ljn", s, krylov[:count], optimize=True)
-    return LoadVectors(vectors, theta, beta[0][:, None] * s[:, 0, :], s[:, -1, :].copy(), beta[count])
+    return LoadVectors(vectors, theta, beta[0][:, None] * s[:, 0, :], s[:, -1, :].copy(), beta[count],
+                       krylov[count].T.copy())

@@ -150,6 +150,8 @@ class Metamodel(ABC):
     def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
         """How wrong the answers are, as well as the method can tell; may cost more than the answer itself.
 
+        Here by the residual (:mod:`rom.metamodels.residual_bound`): one static solve, and the scene's modes once.
+
         Parameters
         ----------
         cases : CaseArrays
@@ -160,7 +162,12 @@ class Metamodel(ABC):
         -------
         Assessment
         """
-        return self.quick_assessment(cases)
+        from rom.metamodels.residual_bound import residual_bound
+
+        if values is None:
+            values = self.evaluate(cases, "field")
+        error = residual_bound(self.scene).bound(cases, values)
+        return Assessment(error, "bound", self.reasons(cases)).with_large_errors_named()
 
     def quick_assessment(self, cases: CaseArrays) -> Assessment:
         """What the method knows of its error without a reference, a solve or the answer: ranges at least."""
@@ -196,9 +203,12 @@ class Metamodel(ABC):
         ValueError
             Where ``out`` does not fit.
         """
+        self._check_fitted()
+        return self._evaluate(cases, outputs or self.scene.outputs, out)
+
+    def _check_fitted(self) -> None:
         if not self.fitted:
             raise NotFittedError(f"{self.name} has not been fitted: call fit() or load() first")
-        return self._evaluate(cases, outputs or self.scene.outputs, out)
 
     def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
         """Variables by which a method says how wrong an answer may be; empty where it cannot."""

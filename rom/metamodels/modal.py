@@ -4,12 +4,8 @@ With K* = K (1 + i eta) and mass-orthonormal modes, u = sum phi_k (phi_k^T f) / 
 `modal` truncates that sum, `modal-static` adds the residual flexibility (what the left-out modes answer at 0 Hz),
 `modal-krylov` adds further load-dependent vectors of each load (:mod:`rom.metamodels.lanczos`).
 
-The error is certified. A Galerkin answer that keeps the modes below lambda_(m+1) has a residual r orthogonal to them,
-so
-
-    ||e||_K <= max_(k > m) lambda_k / |lambda_k (1 + i eta) - omega^2| * ||r||_(K^-1),
-
-rigorous once a Sturm count says that no mode below was missed; both factors cost a few operations a case.
+The error of all three is certified (:mod:`rom.metamodels.modal_certificate`): a rigorous bound, once a Sturm count says
+that no mode below the last kept was missed, at the price of a few operations a case.
 """
 
 from __future__ import annotations
@@ -21,19 +17,13 @@ import xarray as xr
 
 from rom.fullorder import Modes
 from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
-from rom.metamodels.certificate import (
-    UNIT_ROUNDOFF,
-    amplification_beyond,
-    amplification_of,
-    mode_defect,
-    rounding_size,
-)
-from rom.metamodels.lanczos import load_vectors
-from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.certificate import gram, quadratic, rounding_size
+from rom.metamodels.lanczos import LoadVectors, load_vectors
+from rom.metamodels.modal_certificate import ModalCertificate
 from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene
 
 
-class Modal(Metamodel):
+class Modal(ModalCertificate):
     """Plain modal superposition.
 
     Parameters
@@ -47,12 +37,8 @@ class Modal(Metamodel):
     name: ClassVar[str] = "modal"
     summary: ClassVar[str] = "sums the natural modes within a band, nothing else"
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name, HarmonicPatchForces.name)
-    eigenvalue: np.ndarray
-    """(m,) ndarray [rad^2/s^2]"""
     participation: np.ndarray
     """(n_load, m) ndarray: mode shape times unit load [N kg^-1/2]."""
-    next_eigenvalue_bound: float
-    """No mode below this is missing [rad^2/s^2]."""
     _shapes: Basis
 
     def __init__(self, scene: Scene, modes: int | None = None, precision: str = "float64") -> None:
@@ -69,7 +55,15 @@ class Modal(Metamodel):
         return self._shapes.field.nbytes + 2 * self._shapes.field[0].nbytes
 
     def _fit(self, train: xr.Dataset) -> None:
-        self._keep(self._natural_modes())
+        modes = self._natural_modes()
+        self._keep(modes)
+        static = self.scene.full_order.solve_static(self._unit_loads()).T
+        rest = static - (self.participation / modes.eigenvalue) @ modes.shape.T
+        self._prepare_certificate(modes, self._shapes.field, rest)
+
+    def _unit_loads(self) -> np.ndarray:
+        """(n_free, n_load) ndarray: the loads that cases may name."""
+        return self.scene.unit_loads
 
     def _natural_modes(self) -> Modes:
         """As many as the setting says, or those within the scene's band."""
@@ -80,7 +74,7 @@ class Modal(Metamodel):
     def _keep(self, modes: Modes) -> None:
         self.eigenvalue = modes.eigenvalue
         self.next_eigenvalue_bound = modes.next_eigenvalue_bound
-        self.participation = self.scene.unit_loads.T @ modes.shape
+        self.participation = self._unit_loads().T @ modes.shape
         self._shapes = Basis(modes.shape.T, self.scene.pad_rows, self.settings["precision"])
 
     def coordinates(self, cases: CaseArrays) -> np.ndarray:
@@ -104,7 +98,8 @@ class Modal(Metamodel):
                 "long_name": "mass-orthonormal mode shape", "units": "kg-0.5"}),
             "eigenvalue": ("mode", self.eigenvalue, {"long_name": "squared angular frequency", "units": "rad2 s-2"}),
             "participation": (("load", "mode"), self.participation, {
-                "long_name": "mode shape times unit load", "units": "N kg-0.5"})},
+                "long_name": "mode shape times unit load", "units": "N kg-0.5"}),
+            **self._certificate_state()},
             attrs={"next_eigenvalue_bound": self.next_eigenvalue_bound})
 
     def _restore(self, data: xr.Dataset) -> None:
@@ -112,17 +107,16 @@ class Modal(Metamodel):
         self.next_eigenvalue_bound = float(data.attrs["next_eigenvalue_bound"])
         self.participation = data["participation"].values
         self._shapes = Basis(data["mode_shape"].values, self.scene.pad_rows, self.settings["precision"])
+        self._restore_certificate(data)
 
 
 class ModalWithLoadVectors(Modal):
     """Modes plus vectors of each load's own; the parent of `modal-static` and `modal-krylov`."""
 
-    shape_size: np.ndarray
-    """(m,) ndarray: :func:`rounding_size` of each stored mode, for the share of rounding in the bound."""
     own_size: np.ndarray
-    """(n_load, p) ndarray: the same of each load's own vectors."""
-    defect: np.ndarray
-    """(m,) ndarray: :func:`mode_defect` of each mode."""
+    """(n_load, p) ndarray: :func:`rounding_size` of each load's own vectors."""
+    next_gram: np.ndarray
+    """(n_load, n_load) ndarray [J]: K products of the vectors that residuals of different loads are multiples of."""
 
     @property
     def model_bytes(self) -> int:
@@ -139,11 +133,11 @@ class ModalWithLoadVectors(Modal):
     def _fit(self, train: xr.Dataset) -> None:
         model, modes = self.scene.full_order, self._natural_modes()
         self._keep(modes)
-        found = load_vectors(model, modes, self.scene.unit_loads, self.n_vectors)
+        found = load_vectors(model, modes, self._unit_loads(), self.n_vectors)
         self.theta, self.first, self.last, self.beta = found.theta, found.first, found.last, found.beta
         self._own = Basis(found.vectors, self.scene.pad_rows, self.settings["precision"])
-        self.defect = mode_defect(model, modes)
-        self.shape_size = rounding_size(model.stiffness, self._shapes.field)
+        self._prepare_certificate(modes, self._shapes.field, np.einsum("lp,lpn->ln", found.first, found.vectors))
+        self.next_gram = self._gram_of_residuals(found)
         self.own_size = rounding_size(model.stiffness, self._own.field)
 
     def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
@@ -191,35 +185,22 @@ class ModalWithLoadVectors(Modal):
 
     # ---- the certificate ------------------------------------------------------------------------------------
 
-    def error_bound(self, cases: CaseArrays) -> np.ndarray:
-        """Rigorous bound of the energy norm of the error.
+    def _gram_of_residuals(self, found: LoadVectors) -> np.ndarray:
+        """(n_load, n_load) ndarray: see :attr:`next_gram`."""
+        return gram(found.following, self.scene.full_order.stiffness)
 
-        Parameters
-        ----------
-        cases : CaseArrays
-
-        Returns
-        -------
-        (n_case,) ndarray [J^1/2]
-            ``sqrt(e^H K e) <= bound``: truncation, rounding of the stored fields, defects of the computed modes.
-        """
+    def _residual_norm(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
         stiffness, inertia = _point(cases)
-        beyond = amplification_beyond(self.next_eigenvalue_bound, stiffness[:, 0], inertia[:, 0])
-        modal = np.abs(self.coordinates(cases))
-        residual, size = np.zeros(len(cases)), modal @ self.shape_size
+        share, size = np.empty(cases.node.shape, dtype=complex), np.zeros(len(cases))
         for j in range(cases.node.shape[1]):
-            node, force = cases.node[:, j], cases.force[:, j]
-            y = self._own_coordinates(node, force, stiffness, inertia)
-            residual += self._residual_norm(node, y, stiffness, inertia)
+            node = cases.node[:, j]
+            y = self._own_coordinates(node, cases.force[:, j], stiffness, inertia)
+            share[:, j] = self._residual_share(node, y)
             size += np.einsum("cp,cp->c", np.abs(y), self.own_size[node])
-        terms = len(self.eigenvalue) + self.n_vectors * cases.node.shape[1] + 2
-        roundoff = terms * UNIT_ROUNDOFF[self.settings["precision"]] * size
-        # a defect is orthogonal to no mode, so a resonance of the kept ones amplifies it too
-        anywhere = np.maximum(beyond, amplification_of(self.eigenvalue, stiffness[:, 0], inertia[:, 0]))
-        return beyond * residual + anywhere * np.abs(stiffness[:, 0]) * (modal @ self.defect) + roundoff
+        return inertia[:, 0] * quadratic(self.next_gram, cases.node, share), self.n_vectors * size
 
-    def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
-        """(n_case,) ndarray: ||r||_(K^-1) of one force's answer [J^1/2]."""
+    def _residual_share(self, node, y) -> np.ndarray:
+        """(n_case,) ndarray: one force's residual, K^-1 r over omega^2, in units of the vector of `next_gram`."""
         raise NotImplementedError
 
     def energy_norm(self, cases: CaseArrays) -> np.ndarray:
@@ -230,18 +211,6 @@ class ModalWithLoadVectors(Modal):
                   for j in range(cases.node.shape[1]))
         return np.hypot(modal, own)
 
-    def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
-        bound = self.error_bound(cases)
-        names = {"energy_error_bound": (("case",), bound, {
-            "long_name": "rigorous bound of sqrt(e^H K e)", "units": "J0.5"})}
-        if cases.node.shape[1] == 1:
-            # ||u|| >= ||answer|| - bound turns the absolute bound into a relative one
-            floor = self.energy_norm(cases) - bound
-            relative = np.where(floor > 0, bound / np.where(floor > 0, floor, 1.0), np.inf)
-            names["relative_energy_error_bound"] = (("case",), relative, {
-                "long_name": "rigorous bound of sqrt(e^H K e) / sqrt(u^H K u)", "units": "1"})
-        return names
-
     def _state(self) -> xr.Dataset:
         data = super()._state()
         data["own_vector"] = (("load", "vector", "dof"), self._own.field, {
@@ -250,8 +219,8 @@ class ModalWithLoadVectors(Modal):
         data["own_first"] = (("load", "vector"), self.first, {"long_name": "share of the load", "units": "J0.5 N-1"})
         data["own_last"] = (("load", "vector"), self.last, {"long_name": "share of the residual", "units": "1"})
         data["own_beta"] = ("load", self.beta, {"long_name": "norm of the next vector", "units": "s2"})
-        data["mode_defect"] = ("mode", self.defect, {"long_name": "defect", "units": "J0.5 kg-0.5 m-1"})
-        data["mode_size"] = ("mode", self.shape_size, {"long_name": "rounding size", "units": "J0.5 kg-0.5 m-1"})
+        data["next_gram"] = (("load", "other_load"), self.next_gram, {
+            "long_name": "K products of the residuals' vectors", "units": "1"})
         data["own_size"] = (("load", "vector"), self.own_size, {"long_name": "rounding size", "units": "1"})
         return data
 
@@ -260,8 +229,7 @@ class ModalWithLoadVectors(Modal):
         self._own = Basis(data["own_vector"].values, self.scene.pad_rows, self.settings["precision"])
         self.theta, self.first = data["own_theta"].values, data["own_first"].values
         self.last, self.beta = data["own_last"].values, data["own_beta"].values
-        self.defect = data["mode_defect"].values
-        self.shape_size, self.own_size = data["mode_size"].values, data["own_size"].values
+        self.own_size, self.next_gram = data["own_size"].values, data["next_gram"].values
 
 
 class ModalStatic(ModalWithLoadVectors):
@@ -274,9 +242,13 @@ class ModalStatic(ModalWithLoadVectors):
     def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
         return (self.first[node] * force[:, None]) / stiffness
 
-    def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
+    def _gram_of_residuals(self, found: LoadVectors) -> np.ndarray:
         # K^-1 r = omega^2 K^-1 M q_1 y = omega^2 (theta q_1 + beta q_2) y
-        return inertia[:, 0] * np.abs(y[:, 0]) * np.hypot(self.theta[node, 0], self.beta[node])
+        rows = found.theta[:, :1] * found.vectors[:, 0] + found.beta[:, None] * found.following
+        return gram(rows, self.scene.full_order.stiffness)
+
+    def _residual_share(self, node, y) -> np.ndarray:
+        return y[:, 0]
 
 
 class ModalKrylov(ModalWithLoadVectors):
@@ -294,8 +266,8 @@ class ModalKrylov(ModalWithLoadVectors):
     def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
         return (self.first[node] * force[:, None]) / (stiffness - inertia * self.theta[node])
 
-    def _residual_norm(self, node, y, stiffness, inertia) -> np.ndarray:
-        return inertia[:, 0] * self.beta[node] * np.abs(np.einsum("cp,cp->c", self.last[node], y))
+    def _residual_share(self, node, y) -> np.ndarray:
+        return self.beta[node] * np.einsum("cp,cp->c", self.last[node], y)
 
 
 def _point(cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,12 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import Basis, check_precision, room
+from rom.metamodels.certificate import UNIT_ROUNDOFF, gram, quadratic, rounding_size
 from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.residual_bound import residual_bound
+from rom.metamodels.validity import Assessment
 from rom.scenes import CaseArrays, Scene, StaticPointForces
 
 
@@ -19,6 +23,12 @@ class Superposition(Metamodel):
     summary: ClassVar[str] = "adds up stored unit-load responses, exact because statics are linear"
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name,)
     _basis: Basis
+    gram: np.ndarray
+    """(n_load, n_load) ndarray [J N^-2]: K products of the unit responses; energies of all answers."""
+    defect: np.ndarray
+    """(n_load,) ndarray [J^1/2 N^-1]: energy norm of each stored response's own error."""
+    size: np.ndarray
+    """(n_load,) ndarray [J^1/2 N^-1]: :func:`rounding_size` of each stored response."""
 
     def __init__(self, scene: Scene, precision: str = "float64") -> None:
         super().__init__(scene, precision=check_precision(precision))
@@ -33,8 +43,35 @@ class Superposition(Metamodel):
         return (self.scene.max_forces + 1) * row
 
     def _fit(self, train: xr.Dataset) -> None:
-        responses = self.scene.full_order.solve_static(self.scene.unit_loads)
+        model = self.scene.full_order
+        responses = model.solve_static(self.scene.unit_loads)
         self._basis = Basis(responses.T, self.scene.pad_rows, self.settings["precision"])
+        self._measure(model)
+
+    def _measure(self, model: SecondOrderModel) -> None:
+        stored = self._basis.field.astype(float)
+        each = CaseArrays(np.arange(self.scene.n_loads)[:, None], np.ones((self.scene.n_loads, 1)))
+        residual = residual_bound(self.scene).residuals(each, stored)
+        error = model.static_factorization.solve(residual)
+        self.defect = np.sqrt(np.maximum(np.einsum("nl,nl->l", residual, error), 0.0))
+        self.gram = gram(stored + error.T, model.stiffness)
+        self.size = rounding_size(model.stiffness, stored)
+
+    def error_bound(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case,) ndarray [J^1/2]: bound of ``sqrt(e^H K e)``: the stored responses' errors, and rounding."""
+        force = np.abs(cases.force)
+        unit = UNIT_ROUNDOFF[self.settings["precision"]]
+        # forces are rounded to the precision of the rows, products and sums follow
+        return np.einsum("cf,cf->c", force, (self.defect + (cases.node.shape[1] + 2) * unit * self.size)[cases.node])
+
+    def quick_assessment(self, cases: CaseArrays) -> Assessment:
+        """A rigorous relative bound: nearly cancelling forces raise it."""
+        bound, size = self.error_bound(cases), quadratic(self.gram, cases.node, cases.force)
+        error = np.divide(bound, size, out=np.where(bound == 0.0, 0.0, np.inf), where=size > 0)
+        return Assessment(error, "bound", np.full(len(cases), "")).with_large_errors_named()
+
+    def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
+        return self.quick_assessment(cases) if values is None else super().assess(cases, values)
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         rows = self._basis.rows(outputs)
@@ -46,8 +83,14 @@ class Superposition(Metamodel):
         return out
 
     def _state(self) -> xr.Dataset:
-        return xr.Dataset({"unit_response": (("load", "dof"), self._basis.field, {
-            "long_name": "displacement under a unit normal force", "units": "m N-1"})})
+        return xr.Dataset({
+            "unit_response": (("load", "dof"), self._basis.field, {
+                "long_name": "displacement under a unit normal force", "units": "m N-1"}),
+            "gram": (("load", "other_load"), self.gram, {
+                "long_name": "K products of the unit responses", "units": "J N-2"}),
+            "defect": ("load", self.defect, {"long_name": "energy norm of the error", "units": "J0.5 N-1"}),
+            "size": ("load", self.size, {"long_name": "rounding size", "units": "J0.5 N-1"})})
 
     def _restore(self, data: xr.Dataset) -> None:
         self._basis = Basis(data["unit_response"].values, self.scene.pad_rows, self.settings["precision"])
+        self.gram, self.defect, self.size = (data[name].values for name in ("gram", "defect", "size"))

@@ -91,6 +91,21 @@ def test_predict_carries_absolute_and_relative_bounds(harmonic, harmonic_data, s
                                energy_errors(harmonic.values(answer), 0 * truth, stiffness), rtol=1e-8)
 
 
-def test_plain_modes_promise_no_bound(harmonic, cases):
-    model = create("modal", harmonic, modes=12).fit()
-    assert model.indicators(cases) == {}
+@pytest.mark.parametrize(("name", "settings"), [
+    ("modal", {"modes": 12}), ("modal", {"modes": 60}), ("modal-static", {"modes": 20}),
+    ("modal-krylov", {"modes": 20, "vectors": 3})], ids=["modal-12", "modal-60", "static-20", "krylov-20-3"])
+@pytest.mark.parametrize("forces", [1, 3])
+def test_relative_bounds_hold_and_are_tight(harmonic, name, settings, forces):
+    rng = np.random.default_rng(forces)
+    n = 40
+    node = np.stack([rng.permutation(harmonic.n_pad)[:forces] for _ in range(n)])
+    cases = CaseArrays(node, rng.uniform(-0.1, 0.1, node.shape), rng.uniform(1, 250, n), rng.uniform(0.1, 0.5, n))
+    truth = create("direct", harmonic).fit().evaluate(cases)
+    stiffness = harmonic.full_order.stiffness
+    model = create(name, harmonic, **settings).fit()
+    made = energy_errors(model.evaluate(cases), truth, stiffness) / energy_errors(truth, 0 * truth, stiffness)
+    found = model.assess(cases)
+    assert found.kind == "bound"
+    ratio = (found.error + ROUNDING) / made
+    assert ratio.min() >= 1
+    assert np.median(ratio) < 1.5

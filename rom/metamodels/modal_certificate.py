@@ -1,0 +1,143 @@
+"""How the modal family bounds its own error, without a solve.
+
+The residual of every answer of the family is orthogonal to the kept modes, so that
+
+    ||e||_K <= max_(k > m) lambda_k / |lambda_k (1 + i eta) - omega^2| * ||r||_(K^-1).
+
+Each method knows ||r||_(K^-1) as a quadratic form in one number a force, with a matrix over all pairs of loads that is
+made offline: of what the modes leave of the loads (`modal`), or of the vector that would come next (the others). What
+the modes leave of the loads bounds the true answer from below, ||u||_K^2 >= sum lambda_k |c_k|^2 + ||f'||^2_(K^-1) /
+max_(k > m) |1 + i eta - omega^2 / lambda_k|^2, and so makes the bound relative. Rounding and the computed modes' own
+defects are added; a resonance of the kept modes amplifies them.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+import xarray as xr
+
+from rom.fullorder import Modes
+from rom.metamodels.certificate import (
+    UNIT_ROUNDOFF,
+    amplification_beyond,
+    gram,
+    mode_defect,
+    quadratic,
+    rounding_size,
+)
+from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.validity import Assessment, joined
+from rom.scenes import CaseArrays
+
+
+class ModalCertificate(Metamodel):
+    """The certificate of a method that keeps the lowest modes; the parent of `Modal`."""
+
+    eigenvalue: np.ndarray
+    """(m,) ndarray [rad^2/s^2]"""
+    next_eigenvalue_bound: float
+    """No mode below this is missing [rad^2/s^2]."""
+    rest_gram: np.ndarray
+    """(n_load, n_load) ndarray [J N^-2]: K^-1 products of what the modes leave of the unit loads."""
+    shape_size: np.ndarray
+    """(m,) ndarray: :func:`rounding_size` of each stored mode, for the share of rounding in the bound."""
+    defect: np.ndarray
+    """(m,) ndarray: :func:`mode_defect` of each mode."""
+
+    @abstractmethod
+    def coordinates(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case, m) ndarray, complex: modal coordinates."""
+
+    def _prepare_certificate(self, modes: Modes, fields: np.ndarray, rest: np.ndarray) -> None:
+        """Keep what the bound needs of modes, their stored ``fields`` (m, n) and ``rest`` (n_load, n).
+
+        ``rest`` holds the static responses to the unit loads, less what the modes carry of them.
+        """
+        model = self.scene.full_order
+        self.rest_gram = gram(rest, model.stiffness)
+        self.defect = mode_defect(model, modes)
+        self.shape_size = rounding_size(model.stiffness, fields)
+
+    def _residual_norm(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
+        """||r||_(K^-1) of each answer, and what rounding adds from vectors beside the modes, both (n_case,) [J^1/2]."""
+        return quadratic(self.rest_gram, cases.node, cases.force), np.zeros(len(cases))
+
+    def error_bound(self, cases: CaseArrays) -> np.ndarray:
+        """Rigorous bound of the energy norm of the error.
+
+        Parameters
+        ----------
+        cases : CaseArrays
+
+        Returns
+        -------
+        (n_case,) ndarray [J^1/2]
+            ``sqrt(e^H K e) <= bound``: truncation, rounding of the stored fields, defects of the computed modes.
+        """
+        return self._bounds(cases)[0]
+
+    def relative_bound(self, cases: CaseArrays) -> np.ndarray:
+        """(n_case,) ndarray: rigorous bound of ``sqrt(e^H K e) / sqrt(u^H K u)``; infinite where there is none."""
+        bound, least = self._bounds(cases)
+        found = np.divide(bound, least, out=np.full(len(cases), np.inf), where=least > 0)
+        found[(bound == 0) & (least == 0)] = 0.0
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def _bounds(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
+        """Bound of the error, and least energy norm of the true answer, both (n_case,) [J^1/2]."""
+        stiffness, inertia = 1.0 + 1j * cases.loss_factor, (2.0 * np.pi * cases.frequency) ** 2
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            beyond = amplification_beyond(self.next_eigenvalue_bound, stiffness, inertia)
+            each = 1.0 / np.abs(stiffness[:, None] - inertia[:, None] / self.eigenvalue)
+            modal = np.abs(self.coordinates(cases))
+            residual, size = self._residual_norm(cases)
+            unit = UNIT_ROUNDOFF[self.settings["precision"]]
+            size = (len(self.eigenvalue) + 2 * cases.node.shape[1] + 8) * unit * (size + modal @ self.shape_size)
+            # a computed eigenvalue carries the rounding of phi^T K phi; its own resonance amplifies that
+            doubt = UNIT_ROUNDOFF["float64"] * self.shape_size ** 2 / np.sqrt(self.eigenvalue)
+            # a defect is orthogonal to no mode, so a resonance of the kept ones amplifies it too
+            anywhere = np.maximum(beyond, each.max(axis=1))
+            bound = (beyond * residual + np.abs(stiffness) * (anywhere * (modal @ self.defect)
+                                                              + (each * modal) @ doubt) + size)
+            most = inertia / self.next_eigenvalue_bound
+            spread = np.maximum(np.abs(stiffness), np.abs(stiffness - most))
+            rest = quadratic(self.rest_gram, cases.node, cases.force) / spread
+            least = np.hypot(np.sqrt(modal ** 2 @ self.eigenvalue), rest)
+            # the coordinates' own uncertainty
+            least = least - np.abs(stiffness) * ((each * modal) @ doubt)
+        return np.where(np.isnan(bound), np.inf, bound), np.where(np.isfinite(least), np.maximum(least, 0.0), 0.0)
+
+    def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
+        bound, least = self._bounds(cases)
+        relative = np.divide(bound, least, out=np.full(len(cases), np.inf), where=least > 0)
+        return {
+            "energy_error_bound": (("case",), bound, {
+                "long_name": "rigorous bound of sqrt(e^H K e)", "units": "J0.5"}),
+            "relative_energy_error_bound": (("case",), relative, {
+                "long_name": "rigorous bound of sqrt(e^H K e) / sqrt(u^H K u)", "units": "1"})}
+
+    def reasons(self, cases: CaseArrays) -> np.ndarray:
+        highest = np.sqrt(self.next_eigenvalue_bound) / (2 * np.pi)
+        found = np.where(cases.frequency >= highest,
+                         f"frequency beyond the modes kept, which reach {highest:.4g} Hz", "")
+        nearest = np.abs((2.0 * np.pi * cases.frequency[:, None]) ** 2 / self.eigenvalue - 1.0).min(axis=1)
+        return joined(found, np.where((cases.loss_factor == 0.0) & (nearest < 1e-6),
+                                      "undamped and within a millionth of a resonance", ""))
+
+    def quick_assessment(self, cases: CaseArrays) -> Assessment:
+        return Assessment(self.relative_bound(cases), "bound", self.reasons(cases)).with_large_errors_named()
+
+    def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
+        return self.quick_assessment(cases)
+
+    def _certificate_state(self) -> dict[str, tuple]:
+        return {"rest_gram": (("load", "other_load"), self.rest_gram, {
+                    "long_name": "K^-1 products of what the modes leave of the loads", "units": "J N-2"}),
+                "mode_defect": ("mode", self.defect, {"long_name": "defect", "units": "J0.5 kg-0.5 m-1"}),
+                "mode_size": ("mode", self.shape_size, {"long_name": "rounding size", "units": "J0.5 kg-0.5 m-1"})}
+
+    def _restore_certificate(self, data: xr.Dataset) -> None:
+        self.rest_gram = data["rest_gram"].values
+        self.defect, self.shape_size = data["mode_defect"].values, data["mode_size"].values
