@@ -7,6 +7,7 @@ import scipy.sparse as sp
 
 from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel, factorize, modal_assurance_criterion, modes, natural_modes, sturm_count
+from rom.fullorder.refinement import _Rows
 
 
 def check_modes(result, stiffness, mass, tolerance=1e-9):
@@ -181,3 +182,13 @@ def test_refusals(block):
         natural_modes(k, m, count=3, factorization=factorize(k * (1 + 0.1j)))
     with pytest.raises(SolverError, match="rigid"):
         natural_modes(*block(held=False), count=3)
+
+
+def test_eigenvalues_hold_to_the_last_digits(small_tip):
+    """Rayleigh quotients of the shapes in doubled precision: what remains is the square of the shapes' error."""
+    model = SecondOrderModel(small_tip.stiffness, small_tip.mass)
+    modes = model.natural_modes(8)
+    elastic, inertia = (sum(part.astype(np.longdouble) for part in _Rows(matrix).product(modes.shape))
+                        for matrix in (model.stiffness, model.mass))
+    quotient = np.sum(modes.shape * elastic, axis=0) / np.sum(modes.shape * inertia, axis=0)
+    np.testing.assert_allclose(modes.eigenvalue, quotient.astype(float), rtol=1e-14)
