@@ -10,6 +10,7 @@ import argparse
 import logging
 import os
 import sys
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
@@ -17,18 +18,26 @@ from typing import NoReturn
 from rom.commands import explain, frf, modes
 from rom.errors import RomError
 
+LARGEST_SEED = 2**63 - 1
+"""What fits into the attribute of a file."""
+
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     arguments = _parser().parse_args(argv)
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     try:
-        arguments.run(arguments)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            arguments.run(arguments)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever reads the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (RomError, ValueError, OSError) as error:
+    except (RomError, ValueError, OSError, OverflowError) as error:
         print(f"rom: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except MemoryError as error:
+        print(f"rom: there is not enough memory: {' '.join(str(error).split()) or 'ask for less'}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("rom: interrupted; finished pieces are kept, the same command goes on from them", file=sys.stderr)
@@ -36,8 +45,14 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
+def _warn(message: Warning | str, *_: object) -> None:
+    """A warning as one sentence, without the line of code that gave it."""
+    print(f"rom: warning: {' '.join(str(message).split())}", file=sys.stderr)
+
+
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:  # one sentence, not the whole usage
+        message = " ".join(message.split())
         self.exit(2, f"rom: {message}; `{self.prog} --help` lists what there is\n")
 
 
@@ -78,8 +93,9 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is no seed, give a whole number from zero up")
+    if not text.isdecimal() or len(text) > 19 or int(text) > LARGEST_SEED:
+        shown = repr(text if len(text) <= 40 else f"{text[:40]}...")
+        raise argparse.ArgumentTypeError(f"{shown} is no seed, give a whole number from zero up to {LARGEST_SEED}")
     return int(text)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 
 def check_files(arguments: argparse.Namespace, endings: Mapping[str, str]) -> None:
-    """Refuse a wrong ending or a missing folder.
+    """Refuse a wrong ending, a folder in the file's place, or a missing folder.
 
     Parameters
     ----------
@@ -23,5 +23,7 @@ def check_files(arguments: argparse.Namespace, endings: Mapping[str, str]) -> No
         path = getattr(arguments, name)
         if path is not None and path.suffix != ending:
             raise ValueError(f"--{name} got {str(path)!r}, but its name must end in {ending}: rename it")
+        if path is not None and path.is_dir():
+            raise ValueError(f"--{name} got {str(path)!r}, which is a folder: name a file")
         if path is not None and not path.parent.is_dir():
             raise ValueError(f"--{name} got {str(path)!r}, but the folder {path.parent} does not exist: make it first")

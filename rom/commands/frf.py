@@ -90,6 +90,8 @@ def _check(arguments: argparse.Namespace) -> np.ndarray:
     """The frequencies of the sweep [Hz]; ValueError for options that cannot be."""
     import numpy as np
 
+    from rom.scenes.cases import LARGEST
+
     check_files(arguments, {"output": ".nc", "figure": ".png", "vtu": ".vtu"})
     if arguments.method not in METHODS:
         raise ValueError(f"--method got {arguments.method!r}: choose one of {', '.join(METHODS)}")
@@ -98,13 +100,16 @@ def _check(arguments: argparse.Namespace) -> np.ndarray:
         if value is not None and not (math.isfinite(value) and (value > 0 if name == "step" else value >= 0)):
             raise ValueError(f"--{option} is {value:g} Hz, but it must be finite and "
                              f"{'greater than zero' if name == 'step' else 'not negative'}: give a frequency")
+        if value is not None and value > LARGEST["Hz"]:
+            raise ValueError(f"--{option} is {value:g} Hz, but no body vibrates above {LARGEST['Hz']:g} Hz: lower it")
     if arguments.last < arguments.first:
         raise ValueError(f"--to {arguments.last:g} Hz lies below --from {arguments.first:g} Hz: swap them")
     if (arguments.at is None) != (arguments.vtu is None):
         raise ValueError("--vtu and --at belong together: name the file and the frequency of its field")
-    count = math.floor((arguments.last - arguments.first) / arguments.step * (1 + 1e-12)) + 1
-    if count > MOST_FREQUENCIES:
-        raise ValueError(f"{count:,} frequencies are more than {MOST_FREQUENCIES:,}: raise --step")
+    span = (arguments.last - arguments.first) / arguments.step * (1 + 1e-12)
+    if not span < MOST_FREQUENCIES:
+        raise ValueError(f"--step {arguments.step:g} Hz makes more than {MOST_FREQUENCIES:,} frequencies: raise it")
+    count = math.floor(span) + 1
     return arguments.first + arguments.step * np.arange(count)
 
 

@@ -28,6 +28,8 @@ RESIDUAL_LIMIT = 1e-10
 """Largest relative residual ||Z u - f|| / ||f|| with which an answer is stored as truth."""
 PIECE_CASES = 64
 Progress = Callable[[Iterable], Iterable]
+MOST_CASES = 10_000_000
+"""Of one dataset; every case is drawn before the first is solved."""
 
 
 def draw_cases(scene: Scene, count: int, beyond: int = 0, seed: int = 0) -> tuple[CaseArrays, xr.Dataset]:
@@ -42,10 +44,13 @@ def draw_cases(scene: Scene, count: int, beyond: int = 0, seed: int = 0) -> tupl
     Raises
     ------
     ValueError
-        For a count below one.
+        For a count below one or above :data:`MOST_CASES`.
     """
     if count < 1 or beyond < 0:
         raise ValueError(f"{count} cases and {beyond} beyond the ranges cannot be drawn: ask for at least one case")
+    if max(count, beyond) > MOST_CASES:
+        raise ValueError(f"{max(count, beyond)} cases are more than the {MOST_CASES} that are drawn at once: "
+                         "ask for fewer")
     arrays = scene.sample(count, seed)
     if beyond:
         arrays = concatenate(arrays, scene.sample_beyond(beyond, seed))

@@ -20,6 +20,16 @@ from rom.fingertip.shape import SurfaceShape, real_number
 TISSUES = ("stratum_corneum", "epidermis", "dermis", "hypodermis", "nail_bed", "nail_plate")
 """Tissue names in the order of their integer ids in a mesh."""
 
+SMALLEST, LARGEST = 1e-15, 1e15
+"""Range of every positive number of an anatomy, in the tables' own units."""
+
+
+def _refuse_extreme(name: str, value: float, unit: str) -> None:
+    """Refuse what double precision cannot hold beside the other numbers of a fingertip."""
+    if not SMALLEST <= value <= LARGEST:
+        raise AnatomyError(f"{name} is {value:g} {unit}, but it must lie between {SMALLEST:g} and {LARGEST:g}: "
+                           "give a value nearer to the tables'.")
+
 
 @dataclass(frozen=True)
 class Tissue:
@@ -28,7 +38,7 @@ class Tissue:
     Parameters
     ----------
     elastic_modulus : float [MPa]
-        Greater than zero.
+        Greater than zero; moduli and densities within :data:`SMALLEST` and :data:`LARGEST`.
     poisson_ratio : float [-]
         Between -1 and 0.5, both excluded.
     density : float [g/cm3]
@@ -51,6 +61,7 @@ class Tissue:
             value = getattr(self, name)
             if value <= 0:
                 raise AnatomyError(f"Tissue {name} is {value:g}, but it must be positive: give it in {unit}.")
+            _refuse_extreme(f"Tissue {name}", value, unit)
         if not -1 < self.poisson_ratio < 0.5:
             raise AnatomyError(
                 f"Tissue poisson_ratio is {self.poisson_ratio:g}, but it must satisfy -1 < nu < 0.5: "
@@ -145,6 +156,7 @@ class Anatomy:
             value = real_number(f"Anatomy {name}", getattr(self, name))
             if value <= 0:
                 raise AnatomyError(f"Anatomy {name} is {value:g}, but it must be positive: give it in mm.")
+            _refuse_extreme(f"Anatomy {name}", value, "mm")
             object.__setattr__(self, name, value)
         for name in TISSUES:
             if not isinstance(getattr(self, name), Tissue):

@@ -10,6 +10,10 @@ import numpy as np
 import xarray as xr
 
 LOAD_VARIABLES = ("load_node", "force_amplitude")
+LARGEST = {"Hz": 1e9, "1": 1e6, "rad": 1e9, "N": 1e100}
+"""Magnitudes up to which answers and their squares stay within the range of double precision, by unit."""
+SMALLEST_FORCE = 1e-100
+"""Below this a force's squares vanish to zero [N]."""
 NO_FORCE = -1
 """Stands in ``load_node`` where a case has fewer forces than the dataset has room for."""
 
@@ -99,13 +103,28 @@ def check_shapes(cases: xr.Dataset, scene: str, loads: tuple[str, ...], points: 
 
 
 def finite(values: np.ndarray, name: str, unit: str) -> np.ndarray:
-    """``values`` as real floating-point numbers; ValueError for other kinds, NaN and infinity."""
+    """``values`` as real floating-point numbers.
+
+    Raises
+    ------
+    ValueError
+        For other kinds, NaN and infinity, and magnitudes beyond :data:`LARGEST` or below :data:`SMALLEST_FORCE`.
+    """
     if values.dtype.kind not in "iuf":
         raise ValueError(f"{name} is of type {values.dtype}: every value must be a real number of {unit}")
     values = values.astype(float)
     if not np.isfinite(values).all():
         bad = values[~np.isfinite(values)].ravel()[0]
         raise ValueError(f"{name} holds {bad}: every value must be a finite number of {unit}; mend or drop the case")
+    size = np.abs(values)
+    wrong = size > LARGEST[unit]
+    if unit == "N":
+        wrong |= (size > 0) & (size < SMALLEST_FORCE)
+    if wrong.any():
+        least = f"zero, or from {SMALLEST_FORCE:g}" if unit == "N" else "zero"
+        raise ValueError(f"{name} holds {values[wrong].ravel()[0]:g}: its magnitude must be {least} to "
+                         f"{LARGEST[unit]:g}, as squares leave the range of double precision beyond; give another unit "
+                         "or drop the case")
     return values
 
 

@@ -18,6 +18,7 @@ import xarray as xr
 from rom.fingertip import DIRECTIONS
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, HarmonicPatchForces
+from rom.scenes.cases import finite
 
 MEASURES = ("excitation", "whole")
 """Mean over the loaded nodes, mean over all moving nodes."""
@@ -65,6 +66,7 @@ def sweep_cases(scene: HarmonicPatchForces, frequency: Sequence[float] | np.ndar
         wrong = ~np.isfinite(values) | (values < 0)
         if wrong.any():
             raise ValueError(f"the {name} {values[wrong][0]:g} {unit} cannot be: give a finite number, zero or more")
+        finite(values, name, unit)
     if amplitude == 0:
         raise ValueError("the force amplitude is zero and moves nothing: give a positive number of N")
     loads = np.array([scene.load_index(direction, node) for direction in directions])
