@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import explain, frf, modes
+from rom.commands import explain, frf, modes, stability
 from rom.errors import RomError
 
 LARGEST_SEED = 2**63 - 1
@@ -87,7 +87,7 @@ def _parser() -> argparse.ArgumentParser:
     _common(report)
     report.set_defaults(run=_report)
 
-    for command in (explain, frf, modes):  # each a file in rom/commands
+    for command in (explain, frf, modes, stability):  # each a file in rom/commands
         command.add(commands)
     return parser
 

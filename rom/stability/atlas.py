@@ -114,7 +114,7 @@ def _prepare(workshop: Workshop, level: Level):
 
 
 def _judge_method(workshop, level: Level, name: str, settings, scene, truth, cases, truths) -> Record:
-    tolerance = tolerance_of(name, level.scene)
+    tolerance = tolerance_of(name, level.scene) if level.tolerance is None else level.tolerance
     fitted = workshop.fitted(level, scene, name, settings)
     if fitted.failure is not None:
         return Record(fitted.failure.outcome, message=str(fitted.failure), tolerance=tolerance)

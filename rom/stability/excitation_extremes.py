@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from rom.fingertip import Fingertip
 from rom.fullorder import natural_modes
 from rom.scenes import CaseArrays, Scene
 from rom.stability.level import POINT, STATIC, Level, harmonic_cases, static_cases
+from rom.vibration.parity import reflected
 
-LEARNED_DAMPING = 0.1
 SCANNED = np.linspace(0.4, 2.5, 15)
 """Factors of the dermis' modulus among which two modes are sought that cross."""
 LOOKED_AT = 8
@@ -59,13 +60,13 @@ def mode_clusters() -> list[Level]:
                                 _at_pair(eta), change=_crossing(gap), skip=("mlp", "mlp-residual")))
         levels.append(Level("mode clusters", f"gap {gap:g}, cut",
                             f"a basis that ends between two modes {gap:g} apart", POINT, _at_pair(0.1),
-                            change=_crossing(gap), make=None, methods=("modal", "modal-static", "modal-krylov"),
+                            change=_crossing(gap), methods=("modal", "modal-static", "modal-krylov"),
                             settings=_cut_settings()))
     return levels
 
 
 def _cut_settings() -> dict[str, dict]:
-    """Few modes: the pair that crosses lies among the first `LOOKED_AT`, so some cut stands within it."""
+    """So few modes that the basis ends at or within the lowest pair that crosses."""
     return {"modal": {"modes": 2}, "modal-static": {"modes": 2}, "modal-krylov": {"modes": 2, "vectors": 12}}
 
 
@@ -106,33 +107,29 @@ def crossing_factor(tip: Fingertip) -> tuple[float, float]:
     """
     from scipy.optimize import brentq
 
-    def gap(factor: float, k: int) -> float:
-        """Relative distance of the k-th symmetric mode and the neighbour that was found beside it."""
+    def gap(factor: float, i: int, j: int) -> float:
+        """Relative distance of the i-th symmetric mode and the j-th of the others."""
         even, odd = frequencies_by_symmetry(_with_dermis(tip, factor))
-        i, j = k // 16, k % 16
         return float((even[i] - odd[j]) / odd[j])
 
     tables = [frequencies_by_symmetry(_with_dermis(tip, factor)) for factor in SCANNED]
-    n_even = min(len(even) for even, _ in tables)
-    n_odd = min(len(odd) for _, odd in tables)
-    for i in range(n_even):
-        for j in range(n_odd):
-            sign = np.sign([even[i] - odd[j] for even, odd in tables])
-            change = np.flatnonzero(np.diff(sign))
-            if change.size:
-                low, high = SCANNED[change[0]], SCANNED[change[0] + 1]
-                k = 16 * i + j
-                at = float(brentq(gap, low, high, args=(k,), xtol=1e-15, rtol=1e-14))
-                return at, abs(gap(high, k) - gap(low, k)) / (high - low)
+    # each kind's last ones may leave the computed set between two scanned factors
+    n_even, n_odd = (min(len(table[kind]) for table in tables) - 2 for kind in (0, 1))
+    for i, j in sorted(product(range(n_even), range(n_odd)), key=sum):
+        change = np.flatnonzero(np.diff(np.sign([even[i] - odd[j] for even, odd in tables])))
+        if change.size:
+            low, high = SCANNED[change[0]], SCANNED[change[0] + 1]
+            at = float(brentq(gap, low, high, args=(i, j), xtol=1e-15, rtol=1e-14))
+            return at, abs(gap(high, i, j) - gap(low, i, j)) / (high - low)
     raise ValueError(f"no two of the first {LOOKED_AT} modes cross as the dermis' modulus changes: use another mesh")
 
 
 def frequencies_by_symmetry(tip: Fingertip) -> tuple[np.ndarray, np.ndarray]:
     """Natural frequencies [Hz] of modes symmetric about the mid-plane, and of the others."""
-    modes = natural_modes(tip.stiffness, tip.mass, count=LOOKED_AT)
-    field = np.zeros((3 * tip.mesh.n_nodes, modes.count))
-    field[tip.free_dofs] = modes.shape
-    nodal = field.reshape(-1, 3, modes.count)
-    mirrored = nodal[tip.mesh.mirror] * np.array([1.0, -1.0, 1.0])[None, :, None]
-    even = np.einsum("ick,ick->k", nodal, mirrored) > 0
-    return modes.frequency_hz[even], modes.frequency_hz[~even]
+    # close modes of both kinds may come mixed: the reflection, seen from within their span, tells them apart
+    modes = natural_modes(tip.stiffness, tip.mass, count=LOOKED_AT + 6)
+    image = reflected(tip.mesh, tip.free_dofs, modes.shape)
+    share, turn = np.linalg.eigh(modes.shape.T @ (tip.mass @ image))
+    kinds = (turn[:, share > 0.5], turn[:, share < -0.5])
+    even, odd = (np.linalg.eigvalsh(one.T @ (modes.eigenvalue[:, None] * one)) for one in kinds)
+    return np.sqrt(even) / (2 * np.pi), np.sqrt(odd) / (2 * np.pi)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from rom.stability import excitation_extremes, load_extremes, numerical_extremes, tissue_extremes
 from rom.stability.level import Level
 
@@ -28,7 +30,18 @@ AXES: dict[str, Callable[[], list[Level]]] = {
 }
 
 
+MOST_QUICK = 4
+"""Levels of an axis that a quick atlas asks."""
+
+
 def levels(quick: bool = False) -> list[Level]:
-    """Every level, axis by axis; without the large mesh where it must be quick."""
-    found = [level for make in AXES.values() for level in make()]
-    return [level for level in found if not (quick and level.name == numerical_extremes.LARGEST)]
+    """Every level, axis by axis; `MOST_QUICK` of each, first and last among them, where it must be quick."""
+    found: list[Level] = []
+    for make in AXES.values():
+        axis = make()
+        if quick:
+            axis = [level for level in axis if level.name != numerical_extremes.LARGEST]
+            kept = np.unique(np.linspace(0, len(axis) - 1, MOST_QUICK).round().astype(int))
+            axis = [axis[k] for k in kept]
+        found += axis
+    return found

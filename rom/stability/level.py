@@ -91,6 +91,8 @@ class Level:
         Of the direct solver and of numpy's linear algebra.
     cancels : bool
         Whether single answers nearly cancel, so that the error is measured against the sum of their norms.
+    tolerance : float, optional
+        In place of the methods' own, where the question is not how well the matrices are solved.
     """
 
     axis: str
@@ -107,6 +109,7 @@ class Level:
     skip: tuple[str, ...] = ()
     threads: int = 1
     cancels: bool = False
+    tolerance: float | None = None
 
     @property
     def asked(self) -> dict[str, dict[str, Any]]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rom.errors import RomError, SolverError
-from rom.fullorder import SecondOrderModel, condition_estimate, refined_solution
+from rom.fullorder import SecondOrderModel, condition_estimate, factorize, refined_solution
 from rom.scenes import CaseArrays, Scene
 
 TRUSTED = 1e-10
@@ -80,15 +80,18 @@ def refined(model: SecondOrderModel, force: np.ndarray, point: tuple[float, floa
     SolverError
         Where the matrix is singular or refinement does not converge.
     """
+    # a factor of its own: what a method's earlier case left behind must not decide
     if point is None:
-        factor, matrix = model.static_factorization, model.stiffness
+        matrix = model.stiffness
+        factor = factorize(matrix, backend=model.backend)
         u, error = refined_solution(matrix, force, factor)
         condition = condition_estimate(matrix, factor)
     else:
-        factor = model.harmonic_factorization(*point)
+        dynamic = model.dynamic_stiffness.harmonic(*point)
+        factor = factorize(dynamic, backend=model.backend)
         omega = 2 * math.pi * point[0]
         u, error = refined_solution([(1 + 1j * point[1], model.stiffness), (-(omega**2), model.mass)], force, factor)
-        condition = condition_estimate(model.dynamic_stiffness.harmonic(*point), factor)
+        condition = condition_estimate(dynamic, factor)
     if not float(error) <= TRUSTED:
         raise SolverError(f"the reference is known to {float(error):.1e} only: the matrix is singular to working "
                           "precision")

@@ -21,6 +21,11 @@ BY_MATRICES = (*FULL_ORDER, "modal-krylov", "superposition")
 """Methods whose answers follow from the matrices alone."""
 
 
+LOCKING = 0.25
+"""Difference of full integration to B-bar that is right: at Poisson's ratio 0.3, where nothing locks, the two differ by
+about 0.2 on the atlas's coarse mesh."""
+
+
 def _pair(axis: str, name: str, words: str, change, **options) -> list[Level]:
     """The same fingertip asked at rest and at 30 and 150 Hz; networks see inputs and no matrices, so are left out."""
     return [Level(axis, f"{name}, static", f"{words}, at rest", STATIC, static_cases, change, skip=NETWORKS, **options),
@@ -37,19 +42,20 @@ def incompressibility() -> list[Level]:
     """Poisson's ratio of the soft tissues up to nearly one half, as the fingertip is and fully integrated."""
     levels = []
     for ratio in (0.3, 0.48, 0.499, 0.4999, 0.49999, 0.4999999):
-        levels += _pair("incompressibility", f"ν {ratio:g}", f"Poisson's ratio {ratio:g} of dermis and hypodermis",
+        levels += _pair("incompressibility", f"ν {ratio}", f"Poisson's ratio {ratio} of dermis and hypodermis",
                         nearly_incompressible(ratio))
-    for ratio in (0.3, 0.48, 0.499, 0.49999):
+    for ratio in (0.3, 0.48, 0.499, 0.49999):  # locked or not, the matrices are well solved: B-bar is the judge
         change = nearly_incompressible(ratio)
 
         def full(tip: Fingertip, change=change) -> Fingertip:
             return replace(change(tip), formulation="full")
-        words = f"full integration at Poisson's ratio {ratio:g}, against B-bar on the same mesh"
+        words = f"full integration at Poisson's ratio {ratio}, against B-bar on the same mesh"
         levels += [
-            Level("incompressibility", f"full ν {ratio:g}, static", f"{words}, at rest", STATIC, static_cases, full,
-                  truth=change, methods=FULL_ORDER),
-            Level("incompressibility", f"full ν {ratio:g}, vibrating", f"{words}, at 30 and 150 Hz", POINT,
-                  harmonic_cases([30.0, 150.0]), full, truth=change, methods=FULL_ORDER)]
+            Level("incompressibility", f"full ν {ratio}, static", f"{words}, at rest", STATIC, static_cases, full,
+                  truth=change, methods=FULL_ORDER, tolerance=LOCKING),
+            Level("incompressibility", f"full ν {ratio}, vibrating", f"{words}, at 30 and 150 Hz", POINT,
+                  harmonic_cases([30.0, 150.0]), full, truth=change, methods=FULL_ORDER,
+                  tolerance=LOCKING)]
     return levels
 
 
