@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
 from rom.errors import AnatomyError
-from rom.fingertip.shape import SurfaceShape, real_number
+from rom.fingertip.shape import SurfaceShape, real_number, shown
 
 TISSUES = ("stratum_corneum", "epidermis", "dermis", "hypodermis", "nail_bed", "nail_plate")
 """Tissue names in the order of their integer ids in a mesh."""
@@ -161,11 +161,11 @@ class Anatomy:
         for name in TISSUES:
             if not isinstance(getattr(self, name), Tissue):
                 raise AnatomyError(
-                    f"Anatomy {name} is {getattr(self, name)!r}, but it must be a Tissue: "
+                    f"Anatomy {name} is {shown(getattr(self, name))}, but it must be a Tissue: "
                     "build Tissue(elastic_modulus, poisson_ratio, density)."
                 )
         if not isinstance(self.shape, SurfaceShape):
-            raise AnatomyError(f"Anatomy shape is {self.shape!r}, but it must be a SurfaceShape: build one.")
+            raise AnatomyError(f"Anatomy shape is {shown(self.shape)}, but it must be a SurfaceShape: build one.")
         self._check_room()
 
     def _check_room(self) -> None:
@@ -260,8 +260,8 @@ class Anatomy:
         AnatomyError
             For a name outside `TISSUES`.
         """
-        if name not in TISSUES:
-            raise AnatomyError(f"There is no tissue {name!r}: choose one of {', '.join(TISSUES)}.")
+        if not isinstance(name, str) or name not in TISSUES:
+            raise AnatomyError(f"There is no tissue {shown(name)}: choose one of {', '.join(TISSUES)}.")
         return getattr(self, name)
 
     def replace(self, **changes: Any) -> Self:
@@ -307,17 +307,18 @@ DIMENSIONS = tuple(item.name for item in fields(Anatomy) if item.name not in (*T
 
 
 def _refuse_unknown(owner: str, names: Mapping[str, Any], known: set[str]) -> None:
-    unknown = sorted(set(names) - known)
+    unknown = [name for name in names if name not in known]
     if unknown:
         raise AnatomyError(
-            f"{owner} has no field {', '.join(unknown)}: choose among {', '.join(sorted(known))}."
+            f"{owner} has no field {', '.join(shown(name) for name in unknown)}: "
+            f"choose among {', '.join(sorted(known))}."
         )
 
 
 def _match_keys(kind: type, values: Any) -> None:
     if not isinstance(values, Mapping):
         raise AnatomyError(
-            f"{kind.__name__} is read from {values!r}, but it needs a mapping: use to_dict's form."
+            f"{kind.__name__} is read from {shown(values)}, but it needs a mapping: use to_dict's form."
         )
     known = {item.name for item in fields(kind)}
     _refuse_unknown(kind.__name__, values, known)

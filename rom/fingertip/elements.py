@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
+from rom.fingertip.shape import shown
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Formulation = Literal["b-bar", "full"]
@@ -28,8 +30,8 @@ _TO_SKFEM = [0, 4, 3, 1, 7, 5, 2, 6]  # scikit-fem's local vertex k is this vert
 def check_formulation(formulation: str) -> None:
     """Raise ValueError unless the formulation is known."""
     known = get_args(Formulation)
-    if formulation not in known:
-        raise ValueError(f"Formulation is {formulation!r}, but only {' and '.join(known)} exist: choose one.")
+    if not isinstance(formulation, str) or formulation not in known:
+        raise ValueError(f"Formulation is {shown(formulation)}, but only {' and '.join(known)} exist: choose one.")
 
 
 def _basis(nodes: Floats, hexahedra: Ints) -> Any:

@@ -17,6 +17,7 @@ from rom.fingertip import elasticity
 from rom.fingertip.anatomy import Anatomy
 from rom.fingertip.elements import Formulation, check_formulation
 from rom.fingertip.mesh import FingertipMesh, build_mesh
+from rom.fingertip.shape import shown
 from rom.fingertip.shell import Floats, Ints, MeshDensity
 
 Rear = Literal["free", "fixed"]
@@ -60,9 +61,13 @@ class Fingertip:
     rear: Rear = "free"
 
     def __post_init__(self) -> None:
+        for name, kind in (("anatomy", Anatomy), ("density", MeshDensity)):
+            if not isinstance(getattr(self, name), kind):
+                raise ValueError(f"The {name} is {shown(getattr(self, name))}, but it must be of type {kind.__name__}: "
+                                 "build one.")
         check_formulation(self.formulation)
-        if self.rear not in get_args(Rear):
-            raise ValueError(f"The rear is {self.rear!r}, but it can only be free or fixed: choose one.")
+        if not isinstance(self.rear, str) or self.rear not in get_args(Rear):
+            raise ValueError(f"The rear is {shown(self.rear)}, but it can only be free or fixed: choose one.")
 
     @classmethod
     def preset(cls, name: str, **overrides: Any) -> Self:
@@ -79,8 +84,8 @@ class Fingertip:
         ValueError
             For an unknown name.
         """
-        if name not in PRESETS:
-            raise ValueError(f"There is no preset {name!r}: choose one of {', '.join(PRESETS)}.")
+        if not isinstance(name, str) or name not in PRESETS:
+            raise ValueError(f"There is no preset {shown(name)}: choose one of {', '.join(PRESETS)}.")
         return replace(cls(density=PRESETS[name]), **overrides)
 
     @cached_property
@@ -135,10 +140,13 @@ class Fingertip:
         ValueError
             For a node that does not exist or is held, or a vector that is not three finite numbers.
         """
-        components = np.asarray(vector, dtype=float)
-        if components.shape != (3,) or not np.isfinite(components).all():
-            raise ValueError(f"The force is {vector!r}, but it needs three finite components [N]: give x, y, z.")
-        index = operator.index(node)
+        try:
+            components = np.asarray(vector)
+        except ValueError:  # rows of different lengths
+            components = np.empty(0)
+        if components.dtype.kind not in "iuf" or components.shape != (3,) or not np.isfinite(components).all():
+            raise ValueError(f"The force is {shown(vector)}, but it needs three finite components [N]: give x, y, z.")
+        index = whole_number("The node", node)
         if not 0 <= index < self.mesh.n_nodes:
             last = self.mesh.n_nodes - 1
             raise ValueError(f"Node {index} does not exist, as nodes go from 0 to {last}: choose one of them.")
@@ -169,7 +177,7 @@ class Fingertip:
         ValueError
             For a position outside the pad, or a pad node that a fixed rear holds.
         """
-        index, count = operator.index(pad_index), len(self.mesh.pad_nodes)
+        index, count = whole_number("The pad index", pad_index), len(self.mesh.pad_nodes)
         if not 0 <= index < count:
             raise ValueError(
                 f"Pad index {index} is outside the pad, as mesh.pad_nodes has positions 0 to {count - 1}: "
@@ -196,6 +204,7 @@ class Fingertip:
         ValueError
             For a node that is not on the skin, or whose normal is the finger's long axis.
         """
+        node = whole_number("The node", node)
         self.mesh.check_skin_node(node)
         normal = -self.mesh.normals[node]
         along = np.array([1.0, 0.0, 0.0]) - normal[0] * normal
@@ -227,8 +236,8 @@ class Fingertip:
         ValueError
             For an unknown direction, a node off the skin, or a patch with a held node.
         """
-        if direction not in DIRECTIONS:
-            raise ValueError(f"There is no direction {direction!r}: choose one of {', '.join(DIRECTIONS)}.")
+        if not isinstance(direction, str) or direction not in DIRECTIONS:
+            raise ValueError(f"There is no direction {shown(direction)}: choose one of {', '.join(DIRECTIONS)}.")
         vector, patch = self.skin_frame(node)[direction], self.mesh.skin_patch(node)
         return sum((self.point_force(int(one), vector / len(patch)) for one in patch), np.zeros(len(self.free_dofs)))
 
@@ -267,3 +276,11 @@ class Fingertip:
     def _on_free_dofs(self, matrices: dict[str, sparse.csr_matrix]) -> dict[str, sparse.csc_matrix]:
         free = self.free_dofs
         return {name: sparse.csc_matrix(matrix[free][:, free]) for name, matrix in matrices.items()}
+
+
+def whole_number(name: str, value: Any) -> int:
+    """``value`` as an int; ValueError where it is none."""
+    try:
+        return operator.index(value)
+    except TypeError as error:
+        raise ValueError(f"{name} is {shown(value)}, but it must be a whole number: give one.") from error

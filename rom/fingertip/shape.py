@@ -14,12 +14,27 @@ from typing import Any
 
 from rom.errors import AnatomyError
 
+LONGEST = 60
+
+
+def shown(value: Any) -> str:
+    """A value as a message shows it: on one line, and short."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # an integer of thousands of digits
+        text = f"a {type(value).__name__} too long to show"
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
 
 def real_number(name: str, value: Any) -> float:
     """Return `value` as a float, or raise AnatomyError if it is not a finite real number."""
-    if isinstance(value, bool) or not isinstance(value, numbers.Real) or not math.isfinite(value):
-        raise AnatomyError(f"{name} is {value!r}, but it must be a finite real number: give a plain number.")
-    return float(value)
+    try:
+        number = float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else math.nan
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise AnatomyError(f"{name} is {shown(value)}, but it must be a finite real number: give a plain number.")
+    return number
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ to the disk, so meshes of different densities agree on where a logical point is.
 
 from __future__ import annotations
 
+import numbers
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -15,10 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import AnatomyError
+from rom.fingertip.shape import real_number, shown
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+LARGEST_COUNT = 10_000
+LARGEST_FACTOR = 1000.0
 CAP_EXTENT = 0.5  # rho at the cap's edge: cap cells and front rings then have about the same depth
 CAP_ROUNDNESS = 0.8  # 0 square, 1 circle: a full circle would flatten the cap's corner cells to 180 degrees
 
@@ -57,8 +62,10 @@ class MeshDensity:
 
     def scaled(self, factor: float) -> MeshDensity:
         """Return the density with every count multiplied by `factor` and rounded to a permitted one."""
-        if not np.isfinite(factor) or factor <= 0:
-            raise AnatomyError(f"Density factor is {factor}, but it must be positive: use e.g. 0.5 or 2.")
+        factor = real_number("Density factor", factor)
+        if not 0 < factor <= LARGEST_FACTOR:
+            raise AnatomyError(f"Density factor is {factor:g}, but it must be positive and at most {LARGEST_FACTOR:g}: "
+                               "use e.g. 0.5 or 2.")
 
         def count(value: float) -> int:
             return max(1, int(np.floor(value * factor + 0.5)))
@@ -102,20 +109,25 @@ class MeshDensity:
     def from_dict(cls, values: dict[str, Any]) -> Self:
         """Rebuild a density from `to_dict`; every key must be there, and no other."""
         known = {"cap", "front_rings", "rear_rings", "layers"}
-        if set(values) != known:
-            raise AnatomyError(f"MeshDensity is read from {sorted(values)}, but needs {sorted(known)}.")
-        return cls(tuple(values["cap"]), values["front_rings"], values["rear_rings"], tuple(values["layers"]))
+        if not isinstance(values, Mapping) or set(values) != known:
+            raise AnatomyError(f"MeshDensity is read from {shown(values)}, but needs {', '.join(sorted(known))}: "
+                               "write files with to_dict.")
+        return cls(**values)
 
 
 def _counts(name: str, values: Any, size: int) -> Any:
     try:
-        counts = tuple(int(value) for value in values)
-        whole = all(count == value and count >= 1 for count, value in zip(counts, values, strict=True))
+        given = tuple(values)
+        whole = all(isinstance(value, numbers.Real) and not isinstance(value, bool) for value in given)
+        counts = tuple(int(value) for value in given) if whole else ()
+        whole = whole and all(count == value and 1 <= count <= LARGEST_COUNT
+                              for count, value in zip(counts, given, strict=True))
     except (TypeError, ValueError, OverflowError):
         counts, whole = (), False
     if not whole or len(counts) != size:
         raise AnatomyError(
-            f"MeshDensity {name} is {values!r}, but it must be {size} whole number(s) from 1 on: give counts."
+            f"MeshDensity {name} is {shown(values)}, but it must be {size} whole number(s) from 1 to "
+            f"{LARGEST_COUNT:,}: give counts."
         )
     return counts
 
