@@ -20,7 +20,9 @@ import scipy.sparse as sp
 from rom.fullorder import Modes, SecondOrderModel
 
 BREAKDOWN = 1e-12
-"""Ratio of successive norms below which the Krylov space is exhausted."""
+"""Share of a new vector outside the space so far below which that space is exhausted."""
+KEPT_BY_SECOND_PASS = 0.5
+"""A vector that a second orthogonalisation shortens further lies in the space already (Parlett, section 6.9)."""
 
 
 @dataclass(frozen=True)
@@ -74,34 +76,52 @@ def load_vectors(model: SecondOrderModel, modes: Modes, loads: np.ndarray, count
     def deflate(block: np.ndarray) -> np.ndarray:
         return block - shape @ (mass_shape.T @ block)
 
+    # loads of any size, without squares that overflow or vanish; powers of two, so that no digit changes
+    size = np.abs(loads).max(axis=0, initial=0.0)
+    unit = np.ldexp(1.0, -np.frexp(np.where(size > 0, size, 1.0))[1])
     krylov, image = np.zeros((count + 1, n, n_load)), np.zeros((count + 1, n, n_load))  # q_j and K q_j
     alpha, beta = np.zeros((count, n_load)), np.zeros((count + 1, n_load))
 
     def keep(j: int, block: np.ndarray, stiff: np.ndarray, smallest: np.ndarray | float) -> None:
-        norm = np.sqrt(np.maximum(np.einsum("ij,ij->j", block, stiff), 0.0))
+        norm = _norm(block, stiff)
         beta[j] = np.where(norm > smallest, norm, 0.0)
         scale = np.divide(1.0, norm, out=np.zeros(n_load), where=beta[j] > 0)
         np.multiply(block, scale, out=krylov[j])
         np.multiply(stiff, scale, out=image[j])
 
-    start = deflate(deflate(model.solve_static(loads)))
-    keep(0, start, stiffness @ start, 0.0)
+    start = model.solve_static(loads * unit)
+    whole = _norm(start, stiffness @ start)
+    start = deflate(start)
+    once = _norm(start, stiffness @ start)
+    start = deflate(start)
+    keep(0, start, stiffness @ start, np.maximum(BREAKDOWN * whole, KEPT_BY_SECOND_PASS * once))
     for j in range(count):
         weighted = mass @ krylov[j]
         alpha[j] = np.einsum("ij,ij->j", krylov[j], weighted)
-        block = deflate(deflate(model.solve_static(weighted)))
+        block = deflate(model.solve_static(weighted))
         stiff = stiffness @ block
+        norms = [_norm(block, stiff)]
         for _ in range(2):  # full re-orthogonalisation in the K inner product; twice is enough
             for i in range(j + 1):
                 share = np.einsum("ij,ij->j", krylov[i], stiff)
                 block -= krylov[i] * share
                 stiff -= image[i] * share
-        keep(j + 1, block, stiff, BREAKDOWN * alpha[j])
+            # deflated again, since a block that shrinks shows what the first time left of the modes; and its image
+            # afresh, since differences of images lose what is left of an exhausted space
+            block = deflate(block)
+            stiff = stiffness @ block
+            norms.append(_norm(block, stiff))
+        keep(j + 1, block, stiff, np.maximum(BREAKDOWN * norms[0], KEPT_BY_SECOND_PASS * norms[1]))
     tridiagonal = np.zeros((n_load, count, count))
     row = np.arange(count)
     tridiagonal[:, row, row] = alpha.T
     tridiagonal[:, row[1:], row[:-1]] = tridiagonal[:, row[:-1], row[1:]] = beta[1:count].T
     theta, s = np.linalg.eigh(tridiagonal)
     vectors = np.einsum("lij,inl->ljn", s, krylov[:count], optimize=True)
-    return LoadVectors(vectors, theta, beta[0][:, None] * s[:, 0, :], s[:, -1, :].copy(), beta[count],
+    return LoadVectors(vectors, theta, (beta[0] / unit)[:, None] * s[:, 0, :], s[:, -1, :].copy(), beta[count],
                        krylov[count].T.copy())
+
+
+def _norm(block: np.ndarray, stiff: np.ndarray) -> np.ndarray:
+    """(n_load,) ndarray: K norm of each column, given its product with K."""
+    return np.sqrt(np.maximum(np.einsum("ij,ij->j", block, stiff), 0.0))

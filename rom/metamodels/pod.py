@@ -23,7 +23,8 @@ from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scen
 MAX_RANK = 800
 """POD modes kept at most: more would cost memory and nobody could afford them online."""
 NOISE = 1e-12
-"""Share of the largest Gram eigenvalue below which a POD mode is rounding noise."""
+"""Share of the largest Gram eigenvalue below which a POD mode is rounding noise: 1e-6 of the singular value, since the
+Gram matrix squares the snapshots and keeps half of their digits."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +59,17 @@ class PodSpace:
 
 
 def pod(snapshots: np.ndarray) -> PodSpace:
-    """POD of ``snapshots`` (n_case, n), real or complex, by the Gram matrix of the smaller side."""
+    """POD of ``snapshots`` (n_case, n), real or complex, by the Gram matrix of the smaller side.
+
+    Snapshots of any size count alike, and those that vanish not at all.
+
+    Raises
+    ------
+    ValueError
+        Where a snapshot is not finite, or all vanish.
+    """
     start = time.perf_counter()
-    norm = np.linalg.norm(snapshots, axis=1, keepdims=True)
-    rows = snapshots / np.where(norm > 0, norm, 1.0)
+    rows = _unit_rows(np.asarray(snapshots))
     if np.iscomplexobj(rows):
         rows = np.concatenate([rows.real, rows.imag])
     if rows.shape[0] > rows.shape[1]:
@@ -75,6 +83,23 @@ def pod(snapshots: np.ndarray) -> PodSpace:
         vectors = np.linalg.qr(vectors)[0]  # the Gram matrix halves the digits of the small modes' orthogonality
     singular = np.sqrt(value[keep][::-1])
     return PodSpace(vectors, singular, time.perf_counter() - start)
+
+
+def _unit_rows(snapshots: np.ndarray) -> np.ndarray:
+    """Snapshots with unit norm; first by their largest entry, whose square may lie outside double precision."""
+    # |a + ib| itself may overflow or lose a denormal's digits: the larger part serves
+    largest = np.maximum(np.abs(snapshots.real), np.abs(snapshots.imag)).max(axis=1, initial=0.0)
+    if not np.isfinite(largest).all():
+        raise ValueError(f"{np.count_nonzero(~np.isfinite(largest))} of {len(snapshots)} snapshots hold NaN or "
+                         "infinity: leave them out, or find out why")
+    acting = largest > 0
+    if not acting.any():
+        raise ValueError(f"all {len(snapshots)} snapshots vanish: a POD basis needs one displacement that does not")
+    # by a power of two that its own size cannot overflow: twice half of the way
+    half = -np.frexp(largest[acting])[1][:, None] // 2
+    rest = -np.frexp(largest[acting])[1][:, None] - half
+    rows = (snapshots[acting] * np.ldexp(1.0, half)) * np.ldexp(1.0, rest)
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
 def _worth_keeping(value: np.ndarray) -> np.ndarray:
