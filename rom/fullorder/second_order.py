@@ -29,6 +29,9 @@ log = logging.getLogger(__name__)
 #: Relative residual above which a solution is refined once.
 REFINEMENT_RESIDUAL = 1e-11
 
+#: Forces beyond this, or below its reciprocal, are scaled first [N]: their squares leave double precision.
+LARGE_FORCE = 1e120
+
 
 class SecondOrderModel:
     """Full-order model of a linear elastic body.
@@ -95,6 +98,11 @@ class SecondOrderModel:
         if self._mass is None:
             raise ValueError("this model has no mass matrix, it answers statics only: construct it with mass=...")
         return self._mass
+
+    @property
+    def has_static_factorization(self) -> bool:
+        """Whether the factor of K is there already."""
+        return self._static is not None
 
     @property
     def static_factorization(self) -> Factorization:
@@ -321,6 +329,10 @@ class SecondOrderModel:
         terms: list[tuple[complex, sp.csr_array]],
     ) -> NDArray:
         f = self._field(force, "force")
+        size = np.maximum(np.abs(f.real), np.abs(f.imag)).max(axis=0, initial=0.0)
+        if np.any((size > 0) & ((size < 1 / LARGE_FORCE) | (size > LARGE_FORCE))):
+            unit = np.ldexp(1.0, np.clip(np.frexp(size)[1], -1000, 1000))  # powers of two change no digit
+            return self._solve(factor, f / unit, apply, terms) * unit
         u = factor.solve(f)
         remainder = f - apply(u)
         worst = np.max(_relative(remainder, f), initial=0.0)

@@ -7,13 +7,14 @@ solves for all right-hand sides of a group together.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
-from rom.fullorder import SecondOrderModel
+from rom.fullorder import IllConditionedWarning, SecondOrderModel
 from rom.metamodels.basis import room
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.residual_bound import energy_norms, residual_bound
@@ -81,13 +82,17 @@ class Direct(Metamodel):
         scene = self.scene
         rows = scene.pad_rows if scene.outputs == "pad" else slice(None)
         values = np.empty((len(cases), len(scene.pad_rows) if scene.outputs == "pad" else scene.n_free), scene.dtype)
-        error = np.empty(len(cases))
+        error, doubted = np.empty(len(cases)), np.zeros(len(cases), dtype=bool)
         for group in self._groups(cases):
             block = cases.take(group)
-            field = self._solve(block)
+            # the full-order model's own doubts become the cases' reasons
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always", IllConditionedWarning)
+                field = self._solve(block)
+            doubted[group] = any(issubclass(one.category, IllConditionedWarning) for one in caught)
             error[group] = self._correction(block, field)
             values[group] = field[rows].T
-        return values, self._judged(error)
+        return values, self._judged(error, doubted)
 
     def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
         """Relative size of the next correction, an estimate; each operating point costs a factorization."""
@@ -108,10 +113,10 @@ class Direct(Metamodel):
         return np.divide(miss, size, out=np.where(miss == 0.0, 0.0, np.inf), where=size > 0)
 
     @staticmethod
-    def _judged(error: np.ndarray) -> Assessment:
+    def _judged(error: np.ndarray, doubted: np.ndarray | bool = False) -> Assessment:
         error = np.maximum(np.where(np.isfinite(error), error, np.inf), 2.0 ** -53)
         doubt = "rounding errors are amplified, as near an undamped resonance or by an ill-conditioned stiffness"
-        return Assessment(error, "estimate", np.where(error > DOUBTFUL, doubt, ""))
+        return Assessment(error, "estimate", np.where((error > DOUBTFUL) | doubted, doubt, ""))
 
     def _state(self) -> xr.Dataset:
         return xr.Dataset()  # the scene in the attributes is all that it is
@@ -131,3 +136,10 @@ class DirectReused(Direct):
     name: ClassVar[str] = "direct-reused"
     summary: ClassVar[str] = "direct, keeping the factor wherever the mathematics allows, many right-hand sides at once"
     keeps_factor: ClassVar[bool] = True
+
+
+class DirectOnDemand(DirectReused):
+    """`direct-reused` on the scene's own model and the factors that it has; nothing is made ahead."""
+
+    def _fit(self, train: xr.Dataset | None) -> None:
+        self._model = self.scene.full_order

@@ -123,12 +123,12 @@ class Metamodel(ABC):
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             if tolerance is None:
                 values, found = self._answer(arrays)
-                kind = np.full(len(arrays), found.kind)
+                kind, extra = np.full(len(arrays), found.kind), self.indicators(arrays)
             else:
                 from rom.metamodels.tolerance import answer_within
 
                 values, found, kind, answered_by = answer_within(self, arrays, tolerance)
-            extra = self.indicators(arrays)
+                extra = {}
         bad = ~np.isfinite(values).all(axis=1)
         if bad.any():
             raise SolverError(f"case {int(np.argmax(bad))} has no finite answer by {self.name}: an undamped resonance "

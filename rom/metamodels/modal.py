@@ -37,8 +37,6 @@ class Modal(ModalCertificate):
     name: ClassVar[str] = "modal"
     summary: ClassVar[str] = "sums the natural modes within a band, nothing else"
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name, HarmonicPatchForces.name)
-    participation: np.ndarray
-    """(n_load, m) ndarray: mode shape times unit load [N kg^-1/2]."""
     _shapes: Basis
 
     def __init__(self, scene: Scene, modes: int | None = None, precision: str = "float64") -> None:
@@ -71,6 +69,14 @@ class Modal(ModalCertificate):
         return self.scene.full_order.natural_modes(
             **({"below_hz": self.scene.band_hz} if count is None else {"count": count}))
 
+    def kept_modes(self) -> Modes | None:
+        """The kept modes, for other methods to build on; None where they are stored in single precision."""
+        if self.settings["precision"] != "float64":
+            return None
+        shape = np.ascontiguousarray(self._shapes.field.T)
+        return Modes(self.eigenvalue, shape, np.zeros(len(self.eigenvalue)), len(self.eigenvalue),
+                     self.next_eigenvalue_bound, self.next_eigenvalue_bound)
+
     def _keep(self, modes: Modes) -> None:
         self.eigenvalue = modes.eigenvalue
         self.next_eigenvalue_bound = modes.next_eigenvalue_bound
@@ -82,12 +88,6 @@ class Modal(ModalCertificate):
         load = self._force_sum(self.participation, cases)
         stiffness, inertia = _point(cases)
         return load / (self.eigenvalue * stiffness - inertia)
-
-    @staticmethod
-    def _force_sum(per_load: np.ndarray, cases: CaseArrays) -> np.ndarray:
-        if cases.node.shape[1] == 1:
-            return per_load[cases.node[:, 0]] * cases.force
-        return np.einsum("cf,cfk->ck", cases.force, per_load[cases.node])
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         return combine(self.coordinates(cases), self._shapes.rows(outputs), out)

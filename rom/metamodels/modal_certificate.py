@@ -13,7 +13,7 @@ defects are added; a resonance of the kept modes amplifies them.
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
@@ -46,9 +46,14 @@ class ModalCertificate(Metamodel):
     defect: np.ndarray
     """(m,) ndarray: :func:`mode_defect` of each mode."""
 
-    @abstractmethod
-    def coordinates(self, cases: CaseArrays) -> np.ndarray:
-        """(n_case, m) ndarray, complex: modal coordinates."""
+    participation: np.ndarray
+    """(n_load, m) ndarray: mode shape times unit load [N kg^-1/2]."""
+
+    @staticmethod
+    def _force_sum(per_load: np.ndarray, cases: CaseArrays) -> np.ndarray:
+        if cases.node.shape[1] == 1:
+            return per_load[cases.node[:, 0]] * cases.force
+        return np.einsum("cf,cfk->ck", cases.force, per_load[cases.node])
 
     def _prepare_certificate(self, modes: Modes, fields: np.ndarray, rest: np.ndarray) -> None:
         """Keep what the bound needs of modes, their stored ``fields`` (m, n) and ``rest`` (n_load, n).
@@ -59,6 +64,7 @@ class ModalCertificate(Metamodel):
         self.rest_gram = gram(rest, model.stiffness)
         self.defect = mode_defect(model, modes)
         self.shape_size = rounding_size(model.stiffness, fields)
+        self.__dict__.pop("_weights", None)
 
     def _residual_norm(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
         """||r||_(K^-1) of each answer, and what rounding adds from vectors beside the modes, both (n_case,) [J^1/2]."""
@@ -91,23 +97,27 @@ class ModalCertificate(Metamodel):
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             beyond = amplification_beyond(self.next_eigenvalue_bound, stiffness, inertia)
             each = 1.0 / np.abs(stiffness[:, None] - inertia[:, None] / self.eigenvalue)
-            modal = np.abs(self.coordinates(cases))
+            modal = np.abs(self._force_sum(self.participation, cases)) * each / self.eigenvalue  # |coordinates|
             residual, size = self._residual_norm(cases)
-            unit = UNIT_ROUNDOFF[self.settings["precision"]]
-            size = (len(self.eigenvalue) + 2 * cases.node.shape[1] + 8) * unit * (size + modal @ self.shape_size)
-            # a computed eigenvalue carries the rounding of phi^T K phi; its own resonance amplifies that
-            doubt = UNIT_ROUNDOFF["float64"] * self.shape_size ** 2 / np.sqrt(self.eigenvalue)
+            terms = len(self.eigenvalue) + 2 * cases.node.shape[1] + 8
+            shape_size, defect, doubt = self._weights
+            damped = np.abs(stiffness)
+            unsure = damped * ((each * modal) @ doubt)
             # a defect is orthogonal to no mode, so a resonance of the kept ones amplifies it too
             anywhere = np.maximum(beyond, each.max(axis=1))
-            bound = (beyond * residual + np.abs(stiffness) * (anywhere * (modal @ self.defect)
-                                                              + (each * modal) @ doubt) + size)
-            most = inertia / self.next_eigenvalue_bound
-            spread = np.maximum(np.abs(stiffness), np.abs(stiffness - most))
+            bound = beyond * residual + damped * anywhere * (modal @ defect) + unsure + (
+                terms * UNIT_ROUNDOFF[self.settings["precision"]] * (size + modal @ shape_size))
+            spread = np.maximum(damped, np.abs(stiffness - inertia / self.next_eigenvalue_bound))
             rest = quadratic(self.rest_gram, cases.node, cases.force) / spread
-            least = np.hypot(np.sqrt(modal ** 2 @ self.eigenvalue), rest)
-            # the coordinates' own uncertainty
-            least = least - np.abs(stiffness) * ((each * modal) @ doubt)
-        return np.where(np.isnan(bound), np.inf, bound), np.where(np.isfinite(least), np.maximum(least, 0.0), 0.0)
+            least = np.sqrt((modal * modal) @ self.eigenvalue + rest * rest) - unsure
+            bound[np.isnan(bound)] = np.inf
+            return bound, np.where(np.isfinite(least), np.maximum(least, 0.0), 0.0)
+
+    @cached_property
+    def _weights(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """By mode: rounding of the stored shape, defect, and the rounding of phi^T K phi in the eigenvalue."""
+        return (self.shape_size, self.defect,
+                UNIT_ROUNDOFF["float64"] * self.shape_size ** 2 / np.sqrt(self.eigenvalue))
 
     def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
         bound, least = self._bounds(cases)

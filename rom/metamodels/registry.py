@@ -8,6 +8,7 @@ from typing import Any
 
 from rom.datasets.storage import open_netcdf
 from rom.errors import SchemaError
+from rom.fingertip.shape import shown
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import Scene
 
@@ -35,8 +36,8 @@ def metamodel_class(name: str) -> type[Metamodel]:
     ValueError
         For an unknown method.
     """
-    if name not in METHODS:
-        raise ValueError(f"{name!r} is no method: choose from {', '.join(METHODS)}")
+    if not isinstance(name, str) or name not in METHODS:
+        raise ValueError(f"{shown(name)} is no method: choose from {', '.join(METHODS)}")
     module, kind = METHODS[name]
     return getattr(import_module(f"rom.metamodels.{module}"), kind)
 
@@ -44,10 +45,12 @@ def metamodel_class(name: str) -> type[Metamodel]:
 def create(name: str, scene: Scene, **settings: Any) -> Metamodel:
     """A metamodel of ``scene``, not yet fitted; ValueError for an unknown method, setting or scene."""
     kind = metamodel_class(name)
+    if not isinstance(scene, Scene):
+        raise ValueError(f"the scene is {shown(scene)}: make one with rom.scenes.get_scene")
     try:
         return kind(scene, **settings)
     except TypeError as error:
-        raise ValueError(f"{name} does not take the settings {', '.join(settings)}: {error}") from error
+        raise ValueError(f"{name} does not take the settings {', '.join(settings)}: {shown(error)}") from error
 
 
 def applicable(scene_name: str) -> list[str]:

@@ -10,8 +10,9 @@ and the rest is bounded by the residual r' = r - sum M phi_k phi_k^T r that is o
     ||e - e_m||_K <= a ||r'||_(K^-1),    a = max_(k > m) lambda_k / |lambda_k (1 + i eta) - omega^2|,
 
 rigorous since a Sturm count proves that no mode below lambda_(m+1) is missing; the K^-1 norm takes one static solve.
-The true answer is u = (u_hat + e_m) + (e - e_m), orthogonal parts in K, which turns the bound into a relative one. In statics the same solve
-gives e itself. Without modes (m = 0) the amplification is at most 1 / eta, attained where omega^2 / lambda_k = 1.
+The true answer is u = (u_hat + e_m) + (e - e_m), known in the modes' span, which turns the bound into a relative one.
+In statics the same solve gives e itself. Without modes (m = 0) the amplification is at most 1 / eta, attained where
+omega^2 / lambda_k = 1.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ MODES = 40
 """Modes that the split is made with: they reach well beyond the band of every scene."""
 BLOCK = 64
 """Cases assessed at once: right-hand sides of one static solve."""
+ROUGH = 1e-4
+"""Error above which residuals in double precision are good enough: their rounding is about 1e-9 of the answer."""
 SOLVE_SAFETY = 1e-6
 """Allowance, relative, for the rounding of the static solves in the norms they give."""
 
@@ -68,30 +71,38 @@ class ResidualBound:
     @cached_property
     def _long(self) -> list[sp.csr_array]:
         """K, and M where there is one, in extended precision (double where the machine has none)."""
-        matrices = [self.model.stiffness] + ([self.model.mass] if self.scene.harmonic else [])
-        return [matrix.astype(np.longdouble) for matrix in matrices]
+        return [matrix.astype(np.longdouble) for matrix in self._matrices(float)]
+
+    def _matrices(self, kind: type) -> list[sp.csr_array]:
+        if kind is not float:
+            return self._long
+        return [self.model.stiffness] + ([self.model.mass] if self.scene.harmonic else [])
+
+    def rounding(self, kind: type = np.longdouble) -> float:
+        """What rounding of the residual may add to the relative error in the energy norm, resonance aside.
+
+        Unit roundoff of its sums times the condition number of K.
+        """
+        return float(np.finfo(kind).eps) * self._condition
 
     @cached_property
-    def rounding(self) -> float:
-        """What rounding may add to the relative error in the energy norm, resonance aside.
-
-        Residuals are summed in extended precision, so that what is left is u_hat's own storage: unit roundoff of the
-        sum times the condition number of K, whose smallest eigenvalue comes from a few inverse iterations.
-        """
+    def _condition(self) -> float:
         stiffness, vector = self.model.stiffness, np.random.default_rng(0).standard_normal(self.model.n)
         for _ in range(6):
             vector = self.model.solve_static(vector / np.linalg.norm(vector))
         smallest = 0.5 / np.linalg.norm(vector)  # a Rayleigh quotient comes from above: half of it is safe
         largest = float(abs(stiffness).sum(axis=1).max())
-        return float(np.finfo(np.longdouble).eps) * largest / smallest
+        return largest / smallest
 
-    def residuals(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray:
+    def residuals(self, cases: CaseArrays, values: np.ndarray, kind: type = np.longdouble) -> np.ndarray:
         """f - Z u_hat, summed in extended precision, rounded once.
 
         Parameters
         ----------
         cases : CaseArrays
         values : (n_case, n_free) ndarray [m]
+        kind : type
+            Precision of the sums: extended, or float for answers so rough that it makes no difference.
 
         Returns
         -------
@@ -99,17 +110,19 @@ class ResidualBound:
         """
         field = values.T
         if not self.scene.harmonic:
-            product = self._long[0] @ np.ascontiguousarray(field, dtype=np.longdouble)
+            product = self._matrices(kind)[0] @ np.ascontiguousarray(field, dtype=kind)
             return np.asarray(self.scene.force_vectors(cases) - product, dtype=float)
-        stiff, inert = self._long
-        one = np.longdouble(1.0)
+        stiff, inert = self._matrices(kind)
+        one = kind(1.0)
         inertia = (2.0 * np.pi * cases.frequency) ** 2 * one
         eta = cases.loss_factor * one
-        real, imag = (np.ascontiguousarray(part, dtype=np.longdouble) for part in (field.real, field.imag))
+        real = np.ascontiguousarray(field.real, dtype=kind)
+        imag = np.ascontiguousarray(field.imag, dtype=kind)
         k_real, k_imag = stiff @ real, stiff @ imag
         force = self.scene.force_vectors(cases)
-        return np.asarray(force.real - (k_real - eta * k_imag - inertia * (inert @ real)), dtype=float) + 1j * np.asarray(
-            force.imag - (k_imag + eta * k_real - inertia * (inert @ imag)), dtype=float)
+        left_real = force.real - (k_real - eta * k_imag - inertia * (inert @ real))
+        left_imag = force.imag - (k_imag + eta * k_real - inertia * (inert @ imag))
+        return left_real.astype(float) + 1j * left_imag.astype(float)
 
     def bound(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray:
         """Bound of the relative error in the energy norm.
@@ -128,21 +141,26 @@ class ResidualBound:
         out = np.empty(len(cases))
         step = self._harmonic if self.scene.harmonic else self._static
         for start in range(0, len(cases), BLOCK):
-            part = slice(start, start + BLOCK)
-            out[part] = step(cases.take(part), np.asarray(values[part], dtype=self.scene.dtype))
+            block, field = cases.take(slice(start, start + BLOCK)), np.asarray(
+                values[start:start + BLOCK], dtype=self.scene.dtype)
+            found = step(block, field, float)
+            fine = found < ROUGH
+            if fine.any():
+                found[fine] = step(block.take(fine), field[fine], np.longdouble)
+            out[start:start + BLOCK] = found
         return out
 
-    def _static(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray:
-        residual = self.residuals(cases, values)
+    def _static(self, cases: CaseArrays, values: np.ndarray, kind: type) -> np.ndarray:
+        residual = self.residuals(cases, values, kind)
         error = self.model.static_factorization.solve(residual)
         miss = np.sqrt(np.maximum(np.einsum("nc,nc->c", residual, error), 0.0))
         true = energy_norms(values.T + error, self.model.stiffness)
-        return _relative(miss * (1.0 + SOLVE_SAFETY), true * (1.0 - SOLVE_SAFETY)) + self.rounding * (true > 0)
+        return _relative(miss * (1.0 + SOLVE_SAFETY), true * (1.0 - SOLVE_SAFETY)) + self.rounding(kind) * (true > 0)
 
-    def _harmonic(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray:
+    def _harmonic(self, cases: CaseArrays, values: np.ndarray, kind: type) -> np.ndarray:
         modes = self.modes
         stiffness, inertia = 1.0 + 1j * cases.loss_factor, (2.0 * np.pi * cases.frequency) ** 2
-        residual = self.residuals(cases, values)
+        residual = self.residuals(cases, values, kind)
         force = modes.shape.T @ residual
         with np.errstate(divide="ignore", invalid="ignore"):
             share = force / (modes.eigenvalue[:, None] * stiffness - inertia)
@@ -160,7 +178,7 @@ class ResidualBound:
             outer = energy_norms(values.T - modes.shape @ inside, self.model.stiffness)
             kept = np.sqrt(modes.eigenvalue @ np.abs(inside + share) ** 2)
             least = np.hypot(kept, np.maximum(outer - left, 0.0))
-            found = _relative(np.hypot(known, left), least) + anywhere * self.rounding * (least > 0)
+            found = _relative(np.hypot(known, left), least) + anywhere * self.rounding(kind) * (least > 0)
         return np.where(np.isfinite(found), found, np.inf)
 
 

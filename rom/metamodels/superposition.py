@@ -44,13 +44,18 @@ class Superposition(Metamodel):
 
     def _fit(self, train: xr.Dataset) -> None:
         model = self.scene.full_order
-        responses = model.solve_static(self.scene.unit_loads)
+        responses = model.solve_static(self.scene.unit_loads[:, self._loads()])
         self._basis = Basis(responses.T, self.scene.pad_rows, self.settings["precision"])
         self._measure(model)
 
+    def _loads(self) -> np.ndarray:
+        """(n,) ndarray of int: the unit loads that cases may name."""
+        return np.arange(self.scene.n_loads)
+
     def _measure(self, model: SecondOrderModel) -> None:
         stored = self._basis.field.astype(float)
-        each = CaseArrays(np.arange(self.scene.n_loads)[:, None], np.ones((self.scene.n_loads, 1)))
+        loads = self._loads()
+        each = CaseArrays(loads[:, None], np.ones((len(loads), 1)))
         residual = residual_bound(self.scene).residuals(each, stored)
         error = model.static_factorization.solve(residual)
         self.defect = np.sqrt(np.maximum(np.einsum("nl,nl->l", residual, error), 0.0))

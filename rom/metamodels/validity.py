@@ -16,7 +16,10 @@ from rom.scenes import CaseArrays
 
 KINDS = ("bound", "estimate", "none")
 SMALLEST_TOLERANCE = 1e-11
-"""What a direct solve in double precision reaches: unit roundoff 1e-16 times the condition of a fingertip's matrices."""
+"""What a direct solve in double precision reaches: unit roundoff times what a fingertip's condition makes of it."""
+
+UNJUDGED = "nothing is known of its error without a tolerance or assess()"
+"""Reason of answers whose method neither bounds nor estimates its error at little cost."""
 
 
 class ValidityWarning(UserWarning):
@@ -43,8 +46,8 @@ class Assessment:
 
     @classmethod
     def unknown(cls, reason: np.ndarray) -> Self:
-        """Nothing is known but the reasons."""
-        return cls(np.full(len(reason), np.inf), "none", reason)
+        """Nothing is known but the reasons, so the method stands behind none of the answers."""
+        return cls(np.full(len(reason), np.inf), "none", np.where(reason == "", UNJUDGED, reason))
 
     def with_large_errors_named(self) -> Self:
         """Reasons added where the error may be as large as the answer."""

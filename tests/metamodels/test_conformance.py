@@ -16,6 +16,7 @@ from rom.metamodels import METHODS, create, load, metamodel_class
 from rom.metamodels.networks.files import read_attributes
 from rom.scenes import SCENES, CaseArrays, get_scene
 
+pytestmark = pytest.mark.filterwarnings("ignore::rom.metamodels.ValidityWarning")  # test_validity.py looks at them
 N_CASE = 6
 SOLVERS = ("direct", "direct-reused", "coarse-fem")
 """Methods that solve a full model for each case: nothing of theirs is stored but settings."""
@@ -191,6 +192,7 @@ def test_saved_and_loaded_models_answer_alike(row, scene, model, arrays, saved):
     assert again.offline_seconds == pytest.approx(model.offline_seconds)
     exact = row.rounding if row.method in SOLVERS else 0.0
     close(again.evaluate(arrays), model.evaluate(arrays), exact)
+    assert again.trained == model.trained
     for name, values in model.indicators(arrays).items():
         np.testing.assert_array_equal(again.indicators(arrays)[name][1], values[1])
 
