@@ -165,3 +165,13 @@ def test_what_doubt_costs(tip_model, small_tip, monkeypatch):
     assert len(calls) == 2
     model.solve_harmonic(small_tip.normal_force(1), 70.0, 0.2)
     assert len(calls) == 3
+
+
+@pytest.mark.parametrize("size", [1e160, 1e300, 1e-200, 1e-306])
+def test_forces_of_any_size_are_answered_alike(tip_model, small_tip, size):
+    model, force = tip_model[0], small_tip.normal_force(0)
+    for solve in (model.solve_static, lambda f: model.solve_harmonic(f, 130.0, 0.2)):
+        np.testing.assert_allclose(solve(size * force) / size, solve(force), rtol=1e-6, atol=1e-9)
+    both = model.solve_static(np.column_stack([force, size * force, 0 * force]))
+    np.testing.assert_allclose(both[:, 1] / size, both[:, 0], rtol=1e-6, atol=1e-9)
+    assert not both[:, 2].any()
