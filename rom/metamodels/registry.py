@@ -49,8 +49,8 @@ def create(name: str, scene: Scene, **settings: Any) -> Metamodel:
         raise ValueError(f"the scene is {shown(scene)}: make one with rom.scenes.get_scene")
     try:
         return kind(scene, **settings)
-    except TypeError as error:
-        raise ValueError(f"{name} does not take the settings {', '.join(settings)}: {shown(error)}") from error
+    except (TypeError, OverflowError) as error:
+        raise ValueError(f"{name} does not take the settings {', '.join(settings)}: {' '.join(str(error).split())}") from error
 
 
 def applicable(scene_name: str) -> list[str]:

@@ -14,6 +14,7 @@ LARGEST = {"Hz": 1e9, "1": 1e6, "rad": 1e9, "N": 1e100}
 """Magnitudes up to which answers and their squares stay within the range of double precision, by unit."""
 SMALLEST_FORCE = 1e-100
 """Below this a force's squares vanish to zero [N]."""
+LARGEST_NODE = 2**53
 NO_FORCE = -1
 """Stands in ``load_node`` where a case has fewer forces than the dataset has room for."""
 
@@ -74,6 +75,8 @@ def check_shapes(cases: xr.Dataset, scene: str, loads: tuple[str, ...], points: 
     ValueError
         For a missing variable, a wrong dimension, shapes that differ, or no case at all.
     """
+    if not isinstance(cases, xr.Dataset):
+        raise ValueError(f"cases of {scene} are of type {type(cases).__name__}: give an xarray.Dataset")
     wanted = [*loads, *points]
     for name in wanted:
         if name not in cases and name not in defaults:
@@ -85,7 +88,7 @@ def check_shapes(cases: xr.Dataset, scene: str, loads: tuple[str, ...], points: 
         if "case" not in cases[name].dims or len(extra) > (name in loads):
             shape = "('case',) or ('case', 'force')" if name in loads else "('case',)"
             raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along {shape}")
-    if not cases.sizes["case"]:
+    if any(name in cases and not cases[name].size for name in wanted):
         raise ValueError(f"the batch of {scene} holds no case: give at least one")
     first = loads[0]
     found = {}
@@ -145,10 +148,12 @@ def positions_of(nodes: np.ndarray, allowed: np.ndarray, rule: str) -> np.ndarra
         For a value that is no whole number, or a node that is not allowed.
     """
     nodes = np.asarray(nodes)
-    if not np.issubdtype(nodes.dtype, np.integer):
-        if nodes.dtype.kind != "f" or not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any():
-            raise ValueError("load_node holds a value that is no whole number: give ids of pad nodes")
-        nodes = nodes.astype(np.int64)
+    kind = nodes.dtype.kind
+    if kind not in "iuf" or (kind == "f" and (not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any())):
+        raise ValueError("load_node holds a value that is no whole number: give ids of pad nodes")
+    if (np.abs(nodes.astype(float)) > LARGEST_NODE).any():
+        raise ValueError(f"load_node holds a value beyond {LARGEST_NODE}: give ids of pad nodes")
+    nodes = nodes.astype(np.int64)
     order = np.argsort(allowed, kind="stable")
     rows = order[np.minimum(np.searchsorted(allowed, nodes, sorter=order), len(allowed) - 1)]
     absent = nodes == NO_FORCE

@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from rom.fingertip import DIRECTIONS
+from rom.fingertip.shape import shown
 from rom.scenes.cases import NO_FORCE, CaseArrays, finite, positions_of
 from rom.scenes.scene import Scene
 
@@ -82,9 +83,12 @@ class HarmonicPatchForces(Scene):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        sites = np.asarray(self.sites)
+        try:
+            sites = np.asarray(self.sites)
+        except ValueError:  # rows of different lengths
+            sites = np.empty((0, 0))
         if sites.ndim != 1 or (sites.size and sites.dtype.kind not in "iu") or len(np.unique(sites)) != len(sites):
-            raise ValueError(f"sites={self.sites!r} are no patches: give distinct ids of pad nodes")
+            raise ValueError(f"sites={shown(self.sites)} are no patches: give distinct ids of pad nodes")
         object.__setattr__(self, "sites", tuple(int(site) for site in sites))
 
     @cached_property

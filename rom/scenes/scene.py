@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from rom.fingertip import Anatomy, Fingertip, MeshDensity
+from rom.fingertip.shape import shown
 from rom.fullorder import SecondOrderModel
 from rom.scenes.cases import LOAD_VARIABLES, NO_FORCE, CaseArrays, check_shapes, finite, positions_of
 
@@ -49,8 +50,10 @@ class Scene(ABC):
     """The parts of the hard split, in the order of the codes that :meth:`hard_region` returns from 1 up."""
 
     def __post_init__(self) -> None:
-        if self.outputs not in ("field", "pad"):
-            raise ValueError(f"outputs={self.outputs!r} is unknown: a scene can want 'field' or 'pad'")
+        if not isinstance(self.fingertip, Fingertip):
+            raise ValueError(f"the fingertip is {shown(self.fingertip)}: build one with rom.fingertip.Fingertip")
+        if not isinstance(self.outputs, str) or self.outputs not in ("field", "pad"):
+            raise ValueError(f"outputs={shown(self.outputs)} is unknown: a scene can want 'field' or 'pad'")
 
     # ---- the model ------------------------------------------------------------------------------------------
 
