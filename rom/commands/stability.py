@@ -50,7 +50,7 @@ def _table(results: xr.Dataset) -> str:
     lines = lines or ["no answer was silently wrong, nothing crashed"]
     axes = results["axis"].values
     groups = [(str(name), results.isel(case=axes == name)) for name in dict.fromkeys(axes)]
-    groups += [(str(name), results.sel(method=[name])) for name in results["method"].values]
+    groups += [(str(name), results.sel({"method": [name]})) for name in results["method"].values]
     lines += ["", f"{'':<30}" + "".join(f"{name:>9}" for name in OUTCOMES)]
     for name, part in [*groups, ("all", results)]:
         number = counts(part)

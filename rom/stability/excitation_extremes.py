@@ -14,7 +14,7 @@ from rom.scenes import CaseArrays, Scene
 from rom.stability.level import POINT, STATIC, Level, harmonic_cases, static_cases
 from rom.vibration.parity import reflected
 
-SCANNED = np.linspace(0.4, 2.5, 15)
+SCANNED = np.linspace(0.4, 2.5, 8)
 """Factors of the dermis' modulus among which two modes are sought that cross."""
 LOOKED_AT = 8
 
@@ -38,7 +38,8 @@ def resonance_distance() -> list[Level]:
     for eta in (0.0, 1e-6):
         for distance in (1.0, 1e-3, 1e-6, 1e-9, 0.0):
             levels.append(Level("resonance distance", f"η {eta:g}, {distance:g} Hz off",
-                                f"{distance:g} Hz above the first resonance at loss factor {eta:g}", POINT,
+                                f"{f'{distance:g} Hz above' if distance else 'exactly at'} the first resonance, loss "
+                                f"factor {eta:g}", POINT,
                                 _beside_resonance(distance, eta)))
     return levels
 
@@ -119,7 +120,7 @@ def crossing_factor(tip: Fingertip) -> tuple[float, float]:
         change = np.flatnonzero(np.diff(np.sign([even[i] - odd[j] for even, odd in tables])))
         if change.size:
             low, high = SCANNED[change[0]], SCANNED[change[0] + 1]
-            at = float(brentq(gap, low, high, args=(i, j), xtol=1e-15, rtol=1e-14))
+            at = float(brentq(gap, low, high, args=(i, j), xtol=1e-14, rtol=1e-14))
             return at, abs(gap(high, i, j) - gap(low, i, j)) / (high - low)
     raise ValueError(f"no two of the first {LOOKED_AT} modes cross as the dermis' modulus changes: use another mesh")
 

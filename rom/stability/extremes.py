@@ -30,7 +30,7 @@ AXES: dict[str, Callable[[], list[Level]]] = {
 }
 
 
-MOST_QUICK = 4
+MOST_QUICK = 3
 """Levels of an axis that a quick atlas asks."""
 
 
@@ -40,7 +40,7 @@ def levels(quick: bool = False) -> list[Level]:
     for make in AXES.values():
         axis = make()
         if quick:
-            axis = [level for level in axis if level.name != numerical_extremes.LARGEST]
+            axis = [level for level in axis if not level.slow]
             kept = np.unique(np.linspace(0, len(axis) - 1, MOST_QUICK).round().astype(int))
             axis = [axis[k] for k in kept]
         found += axis

@@ -19,11 +19,11 @@ STATIC, POINT, PATCH = StaticPointForces.name, HarmonicPointForce.name, Harmonic
 SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     STATIC: {
         "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "superposition": {}, "pod-galerkin": {},
-        "pod-regression": {}, "transformer": {"width": 32, "steps": 200}},
+        "pod-regression": {}, "transformer": {"width": 32, "steps": 100}},
     POINT: {
         "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
         "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}, "pod-regression": {"rank": 40},
-        "mlp": {"width": 64, "steps": 60}, "mlp-residual": {"modes": 10, "rank": 16, "width": 64, "steps": 60}},
+        "mlp": {"width": 64, "steps": 40}, "mlp-residual": {"modes": 10, "rank": 16, "width": 64, "steps": 40}},
     PATCH: {
         "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
         "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}},
@@ -93,6 +93,8 @@ class Level:
         Whether single answers nearly cancel, so that the error is measured against the sum of their norms.
     tolerance : float, optional
         In place of the methods' own, where the question is not how well the matrices are solved.
+    slow : bool
+        Whether a quick atlas leaves it out.
     """
 
     axis: str
@@ -110,6 +112,7 @@ class Level:
     threads: int = 1
     cancels: bool = False
     tolerance: float | None = None
+    slow: bool = False
 
     @property
     def asked(self) -> dict[str, dict[str, Any]]:

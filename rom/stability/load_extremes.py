@@ -134,7 +134,11 @@ def force_size() -> list[Level]:
     for size in (1e-200, 1e-30, 1e9, 1e150):
         levels += [
             Level("force size", f"{size:g} N, static", f"a steady force of {size:g} N", STATIC,
-                  lambda scene, size=size: CaseArrays(np.full((1, 1), scene.n_pad // 3), np.full((1, 1), size))),
+                  _single(size)),
             Level("force size", f"{size:g} N, vibrating", f"a force of {size:g} N at 120 Hz", POINT,
                   harmonic_cases(120.0, force=size))]
     return levels
+
+
+def _single(size: float) -> Callable[[Scene], CaseArrays]:
+    return lambda scene: CaseArrays(np.full((1, 1), scene.n_pad // 3), np.full((1, 1), size))

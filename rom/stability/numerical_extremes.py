@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -31,7 +32,7 @@ MESHES = {
     "coarsest": MeshDensity((2, 2), 1, 1, (1, 1, 1, 1)), "very coarse": MeshDensity((4, 4), 1, 1, (1, 1, 1, 1)),
     "coarse": MeshDensity((6, 6), 3, 2, (1, 1, 1, 2)), "middling": MeshDensity((10, 10), 4, 3, (1, 1, 1, 2)),
     "metamodel preset": MeshDensity((14, 16), 6, 4)}
-LARGEST = "metamodel preset"
+SLOW = ("middling", "metamodel preset")
 FEW = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
 """A mesh on which all modes can be had."""
 
@@ -39,8 +40,8 @@ FEW = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
 def mesh_density() -> list[Level]:
     """Meshes from the coarsest to the `metamodel` preset; each against its own matrices."""
     return [Level("mesh density", name, f"{name} mesh, patch force at 30 and 150 Hz", PATCH,
-                  harmonic_cases([30.0, 150.0]), change=lambda tip, density=density: replace(tip, density=density),
-                  methods=(*FULL_ORDER, "modal-static", "modal-krylov"))
+                  harmonic_cases([30.0, 150.0]), change=partial(replace, density=density),
+                  methods=(*FULL_ORDER, "modal-static", "modal-krylov"), slow=name in SLOW)
             for name, density in MESHES.items()]
 
 
@@ -64,12 +65,12 @@ def _same(tip: Fingertip) -> Fingertip:
     return tip
 
 
-SINGLE = {"precision": "float32"}
+SINGLE: dict[str, Any] = {"precision": "float32"}
 
 
 def single_precision() -> list[Level]:
     """Single precision in stored shapes, matrices and snapshots."""
-    shapes = {"modal": SINGLE, "modal-static": {"modes": 20, **SINGLE},
+    shapes: dict[str, dict[str, Any]] = {"modal": SINGLE, "modal-static": {"modes": 20, **SINGLE},
               "modal-krylov": {"modes": 20, "vectors": 8, **SINGLE}, "pod-galerkin": SINGLE,
               "pod-regression": {"rank": 40, **SINGLE}}
     axis = "single precision"
@@ -239,6 +240,7 @@ def _last_node(scene: Scene) -> CaseArrays:
 
 def thread_counts() -> list[Level]:
     """The same cases on more threads than there are cores."""
-    return [Level("threads", f"{count}, {suffix}", f"{count} threads, {suffix}", scene, cases, threads=count)
+    return [Level("threads", f"{count}, {suffix}", f"{count} threads, {suffix}", scene, cases, threads=count,
+                  slow=count > 2)
             for count in (1, 2, 4) for scene, cases, suffix in (
                 (STATIC, static_cases, "static"), (POINT, harmonic_cases([30.0, 150.0]), "vibrating"))]

@@ -1,4 +1,4 @@
-"""The atlas: every method on every level, one small result a level, kept so that a killed run goes on."""
+"""Running the atlas: every method on every level, one small result a level, kept so that a killed run goes on."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -121,7 +122,8 @@ def _judge_method(workshop, level: Level, name: str, settings, scene, truth, cas
     records = []
     for case, true in zip(cases, truths, strict=True):
         try:
-            answer, heard, seconds = listen(lambda case=case: fitted.model.predict(scene.cases_from(case)))
+            answer, heard, seconds = listen(partial(fitted.model.predict, scene.cases_from(case)))
+            assessment = listen(partial(fitted.model.assess, case, scene.values(answer)))[0]
         except Unanswered as failure:
             records.append(Record(failure.outcome, message=str(failure), tolerance=tolerance))
             continue
@@ -132,8 +134,8 @@ def _judge_method(workshop, level: Level, name: str, settings, scene, truth, cas
         if true.displacement is not None:
             miss = energy_norm(truth, values - true.displacement)
             error, relative = _ratio(miss, true.size), _ratio(miss, true.own_size)
-        records.append(judge_answer(answer, heard, seconds, error=error, relative=relative, residual=residual,
-                                    tolerance=tolerance))
+        records.append(judge_answer(answer, assessment, heard, seconds, error=error, relative=relative,
+                                    residual=residual, tolerance=tolerance))
     return worst_of(records)
 
 
@@ -175,7 +177,9 @@ def _chosen(wanted: Sequence[str] | None, known: Iterable[str], what: str) -> tu
 
 WORDS = {
     "error": ("true relative error in the energy norm", np.nan), "bound": (
-        "relative error that the method itself names", np.nan),
+        "relative error that the answer itself names", np.nan),
+    "assessed": ("relative error that Metamodel.assess names, which may cost more than the answer", np.nan),
+    "assessed_kind": ("bound, estimate or none: what stands in assessed", "none"),
     "residual": ("relative residual of the answer", np.nan), "seconds": ("time of the answer", np.nan),
     "tolerance": ("relative error up to which the answer is right", np.nan),
     "outcome": ("right, warned, refused, silent or crashed; empty where not asked", NOT_ASKED),
@@ -184,7 +188,7 @@ WORDS = {
 
 
 def _dataset(asked: list[Level], found: list[dict[str, Any]], names: Sequence[str], tip: Fingertip) -> xr.Dataset:
-    data = {}
+    data: dict[str, Any] = {}
     for key, (words, empty) in WORDS.items():
         rows = [[one["records"].get(name, {}).get(key, empty) for name in names] for one in found]
         text = isinstance(empty, str)
