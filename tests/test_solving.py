@@ -48,7 +48,8 @@ def test_beyond_the_modes_only_direct_solves_are_left(fresh):
     scene = fresh("harmonic-point-force")
     n = 60
     rng = np.random.default_rng(0)
-    inside = CaseArrays(rng.integers(scene.n_pad, size=(n, 1)), np.ones((n, 1)), np.linspace(1, 300, n), np.full(n, 0.2))
+    node = rng.integers(scene.n_pad, size=(n, 1))
+    inside = CaseArrays(node, np.ones((n, 1)), np.linspace(1, 300, n), np.full(n, 0.2))
     rom.solve(scene, scene.cases_from(inside))  # its modes are there now
     beyond = CaseArrays(inside.node, inside.force, np.linspace(2900, 3000, n), inside.loss_factor)
     assert [option.method for option in options(scene, beyond, 1e-6)] == ["direct-reused"]

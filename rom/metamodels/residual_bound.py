@@ -92,7 +92,7 @@ class ResidualBound:
             vector = self.model.solve_static(vector / np.linalg.norm(vector))
         smallest = 0.5 / np.linalg.norm(vector)  # a Rayleigh quotient comes from above: half of it is safe
         largest = float(abs(stiffness).sum(axis=1).max())
-        return largest / smallest
+        return float(largest / smallest)
 
     def residuals(self, cases: CaseArrays, values: np.ndarray, kind: type = np.longdouble) -> np.ndarray:
         """f - Z u_hat, summed in extended precision, rounded once.
@@ -116,8 +116,8 @@ class ResidualBound:
         one = kind(1.0)
         inertia = (2.0 * np.pi * cases.frequency) ** 2 * one
         eta = cases.loss_factor * one
-        real = np.ascontiguousarray(field.real, dtype=kind)
-        imag = np.ascontiguousarray(field.imag, dtype=kind)
+        real: np.ndarray = np.ascontiguousarray(field.real, dtype=kind)
+        imag: np.ndarray = np.ascontiguousarray(field.imag, dtype=kind)
         k_real, k_imag = stiff @ real, stiff @ imag
         force = self.scene.force_vectors(cases)
         left_real = force.real - (k_real - eta * k_imag - inertia * (inert @ real))

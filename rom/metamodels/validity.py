@@ -88,7 +88,9 @@ class TrainedRange:
     @classmethod
     def from_dict(cls, record: dict[str, Any]) -> Self:
         """The inverse of :meth:`to_dict`."""
-        return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in record.items()})
+        values: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value for name, value in record.items()}
+        return cls(**values)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able."""

@@ -144,7 +144,8 @@ def test_loads_and_forces_outside_training_are_named():
     assert TrainedRange.from_dict(trained.to_dict()) == trained
     reasons = trained.reasons(CaseArrays(np.array([[1, 2, 0], [3, 0, 0], [1, 2, 4]]),
                                          np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 1.0]])))
-    assert reasons.tolist() == ["", "a load that no training case applied", "more than the 2 forces of any training case"]
+    assert reasons.tolist() == [
+        "", "a load that no training case applied", "more than the 2 forces of any training case"]
 
 
 def test_modes_below_the_frequency_are_named(harmonic):
@@ -205,5 +206,5 @@ def test_pad_outputs_are_judged_by_the_whole_field(small_tip, static_data):
     answer = model.predict(static_data.isel(case=slice(4)), tolerance=1e-3)
     assert answer.sizes["node"] == pad.n_pad
     assert (answer["error_estimate"] <= 1e-3).all()
-    expected = static_data["displacement"].isel(case=slice(4)).sel(node=answer["node"])
-    np.testing.assert_allclose(answer["displacement"].values, expected.values, rtol=1e-2, atol=1e-3 * abs(expected).max())
+    expected = static_data["displacement"].isel(case=slice(4)).sel(node=answer["node"]).values
+    np.testing.assert_allclose(answer["displacement"].values, expected, rtol=1e-2, atol=1e-3 * abs(expected).max())
