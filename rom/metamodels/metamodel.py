@@ -20,6 +20,8 @@ from rom.provenance import stamp
 from rom.scenes import CaseArrays, Scene, scene_from_json
 
 MODEL_VERSION = "1.0"
+SMALLEST_SINGLE = 1e-25
+"""Displacement [m] below which float32 answers are refused: coordinates a million times smaller lose digits there."""
 
 
 class Metamodel(ABC):
@@ -133,6 +135,7 @@ class Metamodel(ABC):
         if bad.any():
             raise SolverError(f"case {int(np.argmax(bad))} has no finite answer by {self.name}: an undamped resonance "
                               "or an overflow; give a loss factor above zero, or a smaller force")
+        self._refuse_what_single_precision_loses(arrays, values)
         answer = self.scene.label(cases, values)
         answer.attrs["method"] = self.name
         answer = answer.assign(extra).assign({
@@ -146,6 +149,13 @@ class Metamodel(ABC):
         if (found.reason != "").any():
             warnings.warn(warning_text(self.name, found.reason, found.error), ValidityWarning, stacklevel=2)
         return answer
+
+    def _refuse_what_single_precision_loses(self, cases: CaseArrays, values: np.ndarray) -> None:
+        if values.dtype.itemsize < np.result_type(values.dtype, np.float64).itemsize:
+            lost = (np.abs(values).max(axis=1) < SMALLEST_SINGLE) & (cases.force != 0.0).any(axis=1)
+            if lost.any():
+                raise ValueError(f"case {int(np.argmax(lost))} moves less than {SMALLEST_SINGLE:g} m, which single "
+                                 "precision cannot resolve: give precision='float64', or a larger force")
 
     def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
         """How wrong the answers are, as well as the method can tell; may cost more than the answer itself.

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rom.datasets import draw_cases
 from rom.fullorder import IllConditionedWarning
 from rom.metamodels import create
 from rom.scenes import CaseArrays, get_scene
@@ -95,3 +96,23 @@ def test_bases_of_one_and_of_all_modes(tiny_harmonic):
                            ("modal-krylov", {"modes": 1, "vectors": 60})):
         model = create(name, tiny_harmonic, **settings).fit()
         assert difference(model, tiny_harmonic, one_case(2, 90.0, 0.1)) < 1e-8
+
+
+@pytest.mark.parametrize("name", ["superposition", "modal-krylov"])
+def test_answers_too_small_for_single_precision_are_refused(name, static, harmonic):
+    """Stored shapes lose nothing at 1e-20 N, everything at 1e-42 N; double precision answers both."""
+    scene = static if name == "superposition" else harmonic
+    _, cases = draw_cases(scene, 3, seed=1)
+    single, double = (create(name, scene, precision=precision).fit() for precision in ("float32", "float64"))
+    force = next(one for one in cases.data_vars if "amplitude" in one)
+    exact = double.predict(cases)["displacement"].values
+    for size in (1e-20, 1e-42):
+        small = cases.copy(deep=True)
+        small[force] = cases[force] * size
+        np.testing.assert_allclose(double.predict(small)["displacement"].values / size, exact, rtol=1e-8, atol=1e-12)
+        if size > 1e-25:
+            found = single.predict(small)["displacement"].values / size
+            assert np.linalg.norm(found - exact) < 1e-6 * np.linalg.norm(exact)
+        else:
+            with pytest.raises(ValueError, match="single precision cannot resolve"):
+                single.predict(small)
