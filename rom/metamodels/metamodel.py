@@ -136,6 +136,9 @@ class Metamodel(ABC):
             raise SolverError(f"case {int(np.argmax(bad))} has no finite answer by {self.name}: an undamped resonance "
                               "or an overflow; give a loss factor above zero, or a smaller force")
         self._refuse_what_single_precision_loses(arrays, values)
+        locked = locking_reason(self.scene.fingertip)
+        if locked:
+            found = replace(found, reason=joined(found.reason, np.full(len(arrays), locked)))
         answer = self.scene.label(cases, values)
         answer.attrs["method"] = self.name
         answer = answer.assign(extra).assign({
@@ -285,8 +288,9 @@ class Metamodel(ABC):
             model = cls._from_attributes(data.attrs, path, scene)
             model._restore(data)
             model.fitted = True
-        except KeyError as error:
-            raise SchemaError(f"{path} is incomplete ({error.args[0]}): fit the metamodel again") from error
+        except (KeyError, TypeError, AttributeError) as error:  # an attribute or variable is missing or of another kind
+            reason = " ".join(str(error.args[0]).split()) if error.args else type(error).__name__
+            raise SchemaError(f"{path} is incomplete ({reason}): fit the metamodel again") from error
         return model
 
     def _file_attributes(self) -> dict[str, Any]:

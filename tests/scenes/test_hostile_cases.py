@@ -49,7 +49,7 @@ def answer(model, cases):
 @pytest.mark.filterwarnings("ignore::rom.metamodels.validity.ValidityWarning")
 @pytest.mark.filterwarnings("ignore::rom.fullorder.IllConditionedWarning")
 @pytest.mark.parametrize("name", SCENES)
-@settings(HOSTILE, max_examples=40)
+@settings(HOSTILE, max_examples=20)
 @given(data=st.data())
 def test_numbers_of_every_size(scene_of, models, name, data):
     # numbers in the right places: huge ones may not become silent infinities
@@ -66,7 +66,7 @@ def test_numbers_of_every_size(scene_of, models, name, data):
 
 @pytest.mark.filterwarnings("ignore::rom.metamodels.validity.ValidityWarning")
 @pytest.mark.parametrize("name", SCENES)
-@settings(HOSTILE, max_examples=60)
+@settings(HOSTILE, max_examples=40)
 @given(data=st.data())
 def test_datasets_of_every_form(scene_of, models, name, data):
     scene = scene_of[name]
@@ -114,7 +114,7 @@ def test_what_is_no_dataset(models, name, value):
         one_line(caught.value)
 
 
-@settings(HOSTILE, max_examples=60)
+@settings(HOSTILE, max_examples=30)
 @given(things, things)
 def test_scenes_are_made_or_refused(tiny_tip, first, second):
     for make in (lambda: get_scene(first), lambda: get_scene("static-point-forces", tiny_tip, first),
@@ -129,7 +129,7 @@ def test_scenes_are_made_or_refused(tiny_tip, first, second):
         refuses_or_makes(make, ValueError)
 
 
-@settings(HOSTILE, max_examples=40)
+@settings(HOSTILE, max_examples=20)
 @given(value=st.one_of(things, numbers))
 def test_tolerances(models, scene_of, value):
     model = models["static-point-forces"][0]
