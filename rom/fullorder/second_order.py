@@ -53,8 +53,8 @@ class SecondOrderModel:
     Raises
     ------
     ValueError
-        If a matrix is not sparse, square, real, finite and symmetric, their sizes differ, or the loss stiffness
-        has a negative number on its diagonal.
+        If a matrix is not sparse, square, real, finite, symmetric and in double precision, their sizes differ, or the
+        loss stiffness has a negative number on its diagonal.
     """
 
     def __init__(
@@ -67,6 +67,11 @@ class SecondOrderModel:
             if matrix.dtype.kind == "c":
                 raise ValueError(
                     f"the {name} is complex: it must be real, damping enters by the loss factor and by loss_stiffness"
+                )
+            if matrix.dtype.kind == "f" and matrix.dtype.itemsize < 8:
+                raise ValueError(
+                    f"the {name} is stored as {matrix.dtype}: its rounding, times the condition number, would go into "
+                    "every answer; assemble it in double precision"
                 )
             if matrix.shape != stiffness.shape:
                 raise ValueError(

@@ -6,6 +6,7 @@ import json
 import time
 import warnings
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
@@ -15,7 +16,8 @@ import xarray as xr
 from rom.datasets.schema import check_scene
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import NotFittedError, SchemaError, SolverError
-from rom.metamodels.validity import Assessment, TrainedRange, ValidityWarning, check_tolerance, warning_text
+from rom.fingertip.locking import locking_reason
+from rom.metamodels.validity import Assessment, TrainedRange, ValidityWarning, check_tolerance, joined, warning_text
 from rom.provenance import stamp
 from rom.scenes import CaseArrays, Scene, scene_from_json
 
