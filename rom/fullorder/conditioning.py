@@ -29,10 +29,13 @@ log = logging.getLogger(__name__)
 EPS = 2.0**-53
 
 #: Relative error by rounding below which an answer is returned as it is.
-SUSPICION = 1e-8
+SUSPICION = 1e-7
 
 #: Relative error by rounding above which an answer comes with a warning.
 DOUBT = 1e-6
+
+#: Right-hand sides refined together: their products stay in the processor's cache.
+COLUMNS = 8
 
 #: Relative error by rounding above which there is no answer.
 HOPELESS = 1e-2
@@ -157,8 +160,13 @@ def trusted_solution(factor: Factorization, terms: Sequence[tuple[complex, Any]]
     if worst <= SUSPICION:
         return u
     if worst <= HOPELESS:  # NaN is hopeless too
-        u, own = refined_solution(terms, b, factor)
-        worst = max(worst, float(np.max(own)))
+        doubtful = np.flatnonzero(np.atleast_1d(error) > SUSPICION)
+        u, columns = u.copy(order="K"), np.reshape(b, (factor.n, -1))
+        for start in range(0, len(doubtful), COLUMNS):
+            part = doubtful[start : start + COLUMNS]
+            refined, own = refined_solution(terms, columns[:, part], factor)
+            u.reshape(factor.n, -1, order="A")[:, part] = refined
+            worst = max(worst, float(np.max(own)))
     if not worst <= HOPELESS:
         raise SolverError(
             f"rounding alone moves the solution by a relative {worst:.1e}, allowed {HOPELESS:.0e}: the matrix is "
