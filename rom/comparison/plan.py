@@ -40,7 +40,7 @@ USES: dict[str, _Uses] = {
     "direct": _Uses(solves=True), "direct-reused": _Uses(solves=True),
     "coarse-fem": _Uses(solves=True, other_mesh=True),
     "superposition": _Uses(responses=True),
-    "modal": _Uses(modes=True), "modal-static": _Uses(modes=True, responses=True),
+    "modal": _Uses(modes=True, responses=True), "modal-static": _Uses(modes=True, responses=True),
     "modal-krylov": _Uses(modes=True, responses=True),
     "pod-galerkin": _Uses(), "pod-regression": _NOTHING._replace(regression=True),
     "transformer": _NOTHING._replace(network=True), "mlp": _NOTHING._replace(network=True),

@@ -10,6 +10,7 @@ that no mode below the last kept was missed, at the price of a few operations a 
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -199,6 +200,11 @@ class ModalWithLoadVectors(Modal):
             size += np.einsum("cp,cp->c", np.abs(y), self.own_size[node])
         return inertia[:, 0] * quadratic(self.next_gram, cases.node, share), self.n_vectors * size
 
+    def _residual_of_one(self, node: int, force: complex, stiffness: complex, inertia: float) -> tuple[float, float]:
+        y = self._own_coordinates(node, force, stiffness, inertia)
+        norm = inertia * abs(self._residual_share(node, y)) * math.sqrt(max(float(self.next_gram[node, node]), 0.0))
+        return norm, self.n_vectors * float(np.abs(y) @ self.own_size[node])
+
     def _residual_share(self, node, y) -> np.ndarray:
         """(n_case,) ndarray: one force's residual, K^-1 r over omega^2, in units of the vector of `next_gram`."""
         raise NotImplementedError
@@ -240,7 +246,7 @@ class ModalStatic(ModalWithLoadVectors):
     n_vectors = 1
 
     def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
-        return (self.first[node] * force[:, None]) / stiffness
+        return (self.first[node] * np.asarray(force)[..., None]) / stiffness
 
     def _gram_of_residuals(self, found: LoadVectors) -> np.ndarray:
         # K^-1 r = omega^2 K^-1 M q_1 y = omega^2 (theta q_1 + beta q_2) y
@@ -248,7 +254,7 @@ class ModalStatic(ModalWithLoadVectors):
         return gram(rows, self.scene.full_order.stiffness)
 
     def _residual_share(self, node, y) -> np.ndarray:
-        return y[:, 0]
+        return y[..., 0]
 
 
 class ModalKrylov(ModalWithLoadVectors):
@@ -264,10 +270,10 @@ class ModalKrylov(ModalWithLoadVectors):
         self.settings["vectors"] = vectors
 
     def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
-        return (self.first[node] * force[:, None]) / (stiffness - inertia * self.theta[node])
+        return (self.first[node] * np.asarray(force)[..., None]) / (stiffness - inertia * self.theta[node])
 
     def _residual_share(self, node, y) -> np.ndarray:
-        return self.beta[node] * np.einsum("cp,cp->c", self.last[node], y)
+        return self.beta[node] * (self.last[node] * y).sum(axis=-1)
 
 
 def _point(cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
