@@ -6,7 +6,7 @@ from rom.fingertip.anatomy import TISSUES
 from rom.fingertip.fingertip import Fingertip
 
 LOCKED = 0.49
-"""Poisson's ratio above which full integration locks on any mesh of this size: f1 rises by 4 % at .495, 18 % at .499."""
+"""Poisson's ratio above which full integration locks on the presets: f1 rises by 4 % at .495, 18 % at .499."""
 LOCKED_WHERE_COARSE = 0.45
 LAYERS = 6
 """Element layers in dermis and hypodermis, as both presets have, below which it locks sooner."""

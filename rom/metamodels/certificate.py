@@ -74,12 +74,15 @@ def gram(rows: np.ndarray, stiffness: sp.sparray) -> np.ndarray:
     return 0.5 * (product + product.T)
 
 
-def quadratic(matrix: np.ndarray, node: np.ndarray, number: np.ndarray) -> np.ndarray:
-    """(n_case,) ndarray: ``sqrt(x^H A x)`` where case i has the numbers ``number[i]`` at the places ``node[i]``."""
+def quadratic(matrix: np.ndarray, node: np.ndarray, number: np.ndarray, *, below: bool = False) -> np.ndarray:
+    """(n_case,) ndarray: ``sqrt(x^H A x)`` where case i has the numbers ``number[i]`` at the places ``node[i]``.
+
+    What rounding may have cancelled stays in, as a numerator needs it; with ``below`` it is taken off, for a
+    denominator.
+    """
     if node.shape[1] == 1:
         return np.sqrt(np.maximum(matrix[node[:, 0], node[:, 0]], 0.0)) * np.abs(number[:, 0])
     pairs = matrix[node[:, :, None], node[:, None, :]]
     form = np.einsum("ci,cij,cj->c", number.conj(), pairs, number).real
-    # what rounding may have cancelled stays in
     floor = 1e-15 * np.einsum("cij,ci,cj->c", np.abs(pairs), np.abs(number), np.abs(number))
-    return np.sqrt(np.maximum(form, floor))
+    return np.sqrt(np.maximum(form - floor, 0.0) if below else np.maximum(form, floor))

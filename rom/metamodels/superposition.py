@@ -71,7 +71,8 @@ class Superposition(Metamodel):
 
     def quick_assessment(self, cases: CaseArrays) -> Assessment:
         """A rigorous relative bound: nearly cancelling forces raise it."""
-        bound, size = self.error_bound(cases), quadratic(self.gram, cases.node, cases.force)
+        bound = self.error_bound(cases)
+        size = quadratic(self.gram, cases.node, cases.force, below=True)
         error = np.divide(bound, size, out=np.where(bound == 0.0, 0.0, np.inf), where=size > 0)
         return Assessment(error, "bound", np.full(len(cases), "")).with_large_errors_named()
 

@@ -133,7 +133,9 @@ def _judge_method(workshop, level: Level, name: str, settings, scene, truth, cas
         error = relative = math.nan
         if true.displacement is not None:
             miss = energy_norm(truth, values - true.displacement)
-            error, relative = _ratio(miss, true.size), _ratio(miss, true.own_size)
+            error = _ratio(miss, true.size)
+            # of a true answer that is exactly zero no error is relative, and no bound of it can be broken
+            relative = _ratio(miss, true.own_size) if true.own_size > 0 else math.nan
         records.append(judge_answer(answer, assessment, heard, seconds, error=error, relative=relative,
                                     residual=residual, tolerance=tolerance))
     return worst_of(records)
