@@ -117,3 +117,40 @@ print(json.dumps(refused))
     refused = run(code, subprocess_environment)
     assert refused == [f"a static scene asked for {what}" for what in
                        ("the mass matrix", "the mass matrix", "an eigenproblem", "complex numbers")]
+
+
+COMPLEX_TRACE = """
+import json
+from rom.fullorder.pardiso import Pardiso
+from rom.fullorder.superlu import Superlu
+from rom.fingertip import Fingertip, MeshDensity
+from rom.metamodels import create
+from rom.scenes import get_scene
+
+kinds = []
+for engine in (Pardiso, Superlu):
+    def watch(self, indptr, indices, dtype, begin=engine.__init__):
+        kinds.append(str(dtype))
+        begin(self, indptr, indices, dtype)
+    engine.__init__ = watch
+found = {}
+for name, method in (("static-point-forces", "superposition"), ("static-point-forces", "direct"),
+                     ("harmonic-point-force", "direct")):
+    kinds.clear()
+    scene = get_scene(name, Fingertip(density=MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))))
+    create(method, scene).fit().evaluate(scene.sample(3))
+    found[f"{name} {method}"] = sorted(set(kinds))
+print(json.dumps(found))
+"""
+
+
+def test_no_complex_matrix_reaches_the_solver_in_statics(subprocess_environment):
+    kinds = run(COMPLEX_TRACE, subprocess_environment)
+    assert kinds["static-point-forces superposition"] == kinds["static-point-forces direct"] == ["float64"]
+    assert kinds["harmonic-point-force direct"] == ["complex128"]  # so the tracer sees what it looks for
+
+
+def test_import_takes_less_than_three_tenths_of_a_second(subprocess_environment):
+    # the interpreter's own start is not counted; the least of five, as a busy machine only adds
+    code = "import json, time; t = time.perf_counter(); import rom, rom.cli; print(json.dumps(time.perf_counter() - t))"
+    assert min(run(code, subprocess_environment) for _ in range(5)) < 0.3
