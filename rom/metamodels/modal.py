@@ -202,8 +202,8 @@ class ModalWithLoadVectors(Modal):
 
     def _residual_of_one(self, node: int, force: complex, stiffness: complex, inertia: float) -> tuple[float, float]:
         y = self._own_coordinates(node, force, stiffness, inertia)
-        norm = inertia * float(np.abs(self._residual_share(node, y))) * math.sqrt(max(float(self.next_gram[node, node]), 0.0))
-        return norm, self.n_vectors * float(np.abs(y) @ self.own_size[node])
+        share, size = np.abs(self._residual_share(node, y)), max(float(self.next_gram[node, node]), 0.0)
+        return inertia * float(share) * math.sqrt(size), self.n_vectors * float(np.abs(y) @ self.own_size[node])
 
     def _residual_share(self, node, y) -> np.ndarray:
         """(n_case,) ndarray: one force's residual, K^-1 r over omega^2, in units of the vector of `next_gram`."""
