@@ -119,7 +119,7 @@ def findings(results: xr.Dataset) -> list[str]:
         one = middle.sel(scene=scene)
         lean, full = one.sel(way="lean"), one.sel(way=EVERYTHING)
         parts = (one["seconds"] - lean["seconds"]).sel(way=list(EXTRAS[str(scene)]))
-        dearest = str(parts["way"].values[int(parts.argmax())])
+        dearest = str(parts["way"].values[int(np.argmax(parts.values))])
         sentences.append(
             f"{scene}: the first answer takes {words.seconds(float(lean['seconds']))} and "
             f"{float(lean['peak_bytes']) / 1e6:.0f} MB, everything built "
