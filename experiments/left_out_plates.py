@@ -17,7 +17,7 @@ def draw(results: xr.Dataset) -> list[Plate]:
     ratio = (total.sel(way="everything") / total.sel(way="lean")).values
     figure = sheet(6.4, f"Building everything takes {ratio.min():.1f} to {ratio.max():.1f} times as long as building "
                    "what the scene needs")
-    axes = figure.subplots(2, results.sizes["scene"], sharey="row")
+    axes = figure.subplots(2, results.sizes["scene"], sharey="row", squeeze=False)
     for j, scene in enumerate(results["scene"].values):
         one = middle.sel(scene=scene)
         ways = [str(way) for way in one["way"].values if np.isfinite(total.sel(scene=scene, way=way))]

@@ -28,7 +28,7 @@ def main(argv: list[str] | None = None) -> int:
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = _warn
+            warnings.showwarning = _warn  # type: ignore[assignment]  # it takes whatever comes after the message
             arguments.run(arguments)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever reads the output has seen enough

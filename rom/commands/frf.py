@@ -108,7 +108,7 @@ def _check(arguments: argparse.Namespace) -> np.ndarray:
         raise ValueError("--vtu and --at belong together: name the file and the frequency of its field")
     span = (arguments.last - arguments.first) / arguments.step * (1 + 1e-12)
     if not span < MOST_FREQUENCIES:
-        raise ValueError(f"steps of {arguments.step:g} Hz make more than {MOST_FREQUENCIES:,} frequencies: raise --step")
+        raise ValueError(f"steps of {arguments.step:g} Hz are more than {MOST_FREQUENCIES:,}: raise --step")
     count = math.floor(span) + 1
     return arguments.first + arguments.step * np.arange(count)
 
