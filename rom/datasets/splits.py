@@ -65,7 +65,9 @@ def select(data: xr.Dataset, split: str, part: str) -> np.ndarray:
 
 
 def carve_validation(count: int, fraction: float = 0.1, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of training and validation cases among ``count`` training cases."""
+    """Positions of training and validation cases among ``count`` training cases; ValueError for fewer than two."""
+    if count < 2:
+        raise ValueError(f"{count} training case cannot be both learned from and validated with: give two or more")
     order = np.random.default_rng([seed, 21]).permutation(count)
     held = max(1, round(fraction * count))
     return np.sort(order[held:]), np.sort(order[:held])

@@ -236,7 +236,7 @@ def _family(results: xr.Dataset, name: str) -> Plate:
                    f"{number['warned']} warned, {number['refused']} refused, {number['right']} right", width=13.0)
     left, right = figure.subplots(1, 2, sharey=True)
     _honesty(left, one["outcome"].values, rows, names)
-    _errors(right, one["error"].values, names)
+    _errors(right, one["error"].values, np.isin(one["outcome"].values, ("right", "warned", "silent")), names)
     breaks = np.flatnonzero(one["axis"].values[1:] != one["axis"].values[:-1]) + 0.5
     for panel in (left, right):
         for y in breaks:
@@ -265,12 +265,14 @@ def _honesty(panel, outcome: np.ndarray, rows: list[str], columns: list[str]) ->
     _ticks(panel, columns, rows)
 
 
-def _errors(panel, error: np.ndarray, columns: list[str]) -> None:
+def _errors(panel, error: np.ndarray, answered: np.ndarray, columns: list[str]) -> None:
     with np.errstate(divide="ignore", invalid="ignore"):
         power = np.log10(error)
     panel.imshow(np.clip(power, *DECADES), cmap="cividis", vmin=DECADES[0], vmax=DECADES[1], aspect="auto")
     for (row, column), value in np.ndenumerate(power):
-        if not np.isnan(value):
+        if np.isnan(value) and answered[row, column]:
+            panel.text(column, row, "?", ha="center", va="center", fontsize=6)
+        elif not np.isnan(value):
             text = f"{value:.0f}".replace("-", "\u2212") if np.isfinite(value) else "0"
             text = "exact" if value == -np.inf else text.replace("\u22120", "0")
             panel.text(column, row, text, ha="center", va="center", fontsize=6,
