@@ -79,8 +79,8 @@ def _from_published(results: xr.Dataset) -> str:
         off = 100 * (finest["natural_frequency"].sel(formulation=name) / results["published_frequency"] - 1)
         told = [f"{float(one):+.1f} % (mode {int(one['mode'])})" for one in off if np.isfinite(float(one))]
         parts.append(f"{name} {words.listed(told)}")
-    return (f"The surfaces were calibrated on the study's mesh with full integration; at {int(finest['nodes']):,} nodes "
-            f"the published frequencies are missed by {'; '.join(parts)}.")
+    return ("The surfaces were calibrated on the study's mesh with full integration; at "
+            f"{int(finest['nodes']):,} nodes the published frequencies are missed by {'; '.join(parts)}.")
 
 
 def _agreement(results: xr.Dataset) -> str:
