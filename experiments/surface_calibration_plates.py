@@ -148,7 +148,7 @@ def _facts(results: xr.Dataset) -> Plate:
     fits = [fit for fit in ("plain", "fit from plain", "fit from fuller", "adopted") if fit in results["fit"].values]
     miss = float(np.abs(used(results, "plain")).max())
     most = float(np.abs(used(results, "adopted")).max())
-    figure = sheet(3.8, f"Plain surfaces miss a fact by {miss:.0f} times what is allowed, the adopted ones use "
+    figure = sheet(3.8, f"Plain surfaces miss a fact by {miss:.1f} times what is allowed, the adopted ones use "
                         f"{100 * most:.0f} % of it at most")
     axes = figure.subplots()
     names = list(results["fact"].values)
@@ -157,7 +157,6 @@ def _facts(results: xr.Dataset) -> Plate:
     axes.axvspan(-1, 1, color="#DCE6F2", zorder=0, label="met")
     axes.set_yticks(range(len(names)), [NAME[str(name)] for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.set_xscale("symlog", linthresh=1)
     axes.set_xlabel("distance from the published value, over the allowed one [-]")
     plate.tidy(axes)
     plate.legend_below(figure, [axes])
