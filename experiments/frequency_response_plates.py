@@ -51,7 +51,8 @@ def _curves(results: xr.Dataset) -> Plate:
     for panel, direction in zip(axes, DIRECTIONS, strict=True):
         for name in results["method"].values:
             for measure in MEASURES:
-                curve = 1e6 * results["receptance"].sel({"method": name}).sel(direction=direction, measure=measure)
+                one = results["receptance"].sel({"method": name}).sel(direction=direction, measure=measure)
+                curve = 1e6 * abs(one)
                 if name == DIRECT:  # broad and unbroken, so that thin and dashed lines show on it
                     panel.semilogy(results["frequency"], curve, **_look(name), label=name)
                 else:

@@ -60,7 +60,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         "natural_frequency": ("mode", modes.frequency_hz, {"long_name": "natural frequency", "units": "Hz"}),
         "parity": ("mode", np.asarray(parity(tip.mesh, tip.free_dofs, tip.mass, modes.shape), dtype=object), {
             "long_name": "behaviour under reflection in the mid-plane", **one}),
-        "receptance": response["receptance"],
+        "receptance": abs(response["receptance"]).assign_attrs(response["receptance"].attrs),
         "energy_error_bound": ((), float(answer.indicators(sweep_cases(scene, frequency))[
             "relative_energy_error_bound"][1].max()), {
             "long_name": "largest certified relative energy error of the answers", **one})},

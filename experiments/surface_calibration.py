@@ -19,6 +19,7 @@ import xarray as xr
 
 from rom.cache import cached_path
 from rom.datasets.storage import whole_file
+from rom.errors import AnatomyError
 from rom.fingertip import PRESETS, Anatomy, MeshDensity, build_mesh
 from rom.provenance import source_digest
 from rom.vibration.surface_fit import (
@@ -66,7 +67,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     cost, counted = {"plain": np.nan, "adopted": np.nan}, {"plain": 0, "adopted": 0}
     for name, (wanted, correction, start) in progress(list(jobs.items()), "fits"):
         shapes[name], cost[name], counted[name] = _fit(wanted, cheap, correction, start, evaluations)
-    found = {name: characteristics(Anatomy().replace_shape(**shape), real) for name, shape in shapes.items()}
+    found = {name: _on_real_mesh(shape, real) for name, shape in progress(list(shapes.items()), "real mesh")}
     outlines = {name: _outlines(Anatomy().replace_shape(**shapes[name])) for name in OUTLINED}
     return _dataset(facts, shapes, found, cost, counted).assign({
         f"outline_{section}": (("outlined", "surface", f"{section}_point", "axis"), np.stack(
@@ -89,6 +90,15 @@ def _outlines(anatomy: Anatomy) -> dict[str, np.ndarray]:
     shells = per_shell * np.array([0, mesh.n_shells - 1 - mesh.density.layers[3], mesh.n_shells - 1])[:, None]
     return {"longitudinal": mesh.nodes[shells + middle][..., [0, 2]] * 1e3,
             "lateral": mesh.nodes[shells + np.append(ring, ring[0])][..., [1, 2]] * 1e3}
+
+
+def _on_real_mesh(shape: dict[str, float], real: MeshDensity) -> Characteristics:
+    """What a shape has on the real mesh; NaN where that finds no room for the layers, which the cheap one still did."""
+    try:
+        return characteristics(Anatomy().replace_shape(**shape), real)
+    except AnatomyError:
+        nothing = np.full((len(REARS), len(LABELS)), np.nan)
+        return Characteristics(nothing, np.nan, np.empty((len(REARS), len(LABELS), 0)), np.empty(0))
 
 
 def _correction(shape: dict[str, float], cheap: MeshDensity, real: MeshDensity) -> tuple[np.ndarray, float]:

@@ -29,7 +29,7 @@ def predictions(results: xr.Dataset) -> list[tuple[str, float, float, bool]]:
     found = []
     for fit in map(str, results["fit"].values):
         name = fit.removeprefix(WITHOUT)
-        if name == fit:
+        if name == fit or not np.isfinite(results["found"].sel(fit=fit)).all():
             continue
         if name == "order_fixed":
             gap = float(results["order_gap"].sel(fit=fit, rear="fixed").min())
@@ -75,6 +75,10 @@ def findings(results: xr.Dataset) -> list[str]:
         sentences.append(f"Left out and missed, so the other facts do not imply it: "
                          f"{words.listed([_told(*one) for one in bad])}.")
     pulled = _pulled(results)
+    broken = [str(fit) for fit in results["fit"].values if not np.isfinite(results["found"].sel(fit=fit)).all()]
+    if broken:
+        sentences.append(f"On the study mesh the layers find no room in {words.listed(broken)}: the cheap mesh was "
+                         "pushed too far there.")
     if len(pulled) > 1:
         last = pulled[-1]
         gap = results["order_gap"].sel(fit=last)
@@ -102,7 +106,8 @@ def _spoken(names: np.ndarray) -> str:
 
 
 def _pulled(results: xr.Dataset) -> list[str]:
-    names = [str(fit) for fit in results["fit"].values if str(fit).startswith(PULLED)]
+    names = [str(fit) for fit in results["fit"].values if str(fit).startswith(PULLED)
+             and np.isfinite(float(results["deviation"].sel(fit=fit, fact="mode_8")))]
     return sorted(names, key=lambda fit: float(results["deviation"].sel(fit=fit, fact="mode_8")))
 
 
@@ -143,7 +148,7 @@ def _facts(results: xr.Dataset) -> Plate:
     fits = [fit for fit in ("plain", "fit from plain", "fit from fuller", "adopted") if fit in results["fit"].values]
     miss = float(np.abs(used(results, "plain")).max())
     most = float(np.abs(used(results, "adopted")).max())
-    figure = sheet(3.8, f"Plain surfaces miss a fact by {miss:.0f} times what is allowed, the adopted ones use "
+    figure = sheet(3.8, f"Plain surfaces miss a fact by {miss:.1f} times what is allowed, the adopted ones use "
                         f"{100 * most:.0f} % of it at most")
     axes = figure.subplots()
     names = list(results["fact"].values)
@@ -152,7 +157,6 @@ def _facts(results: xr.Dataset) -> Plate:
     axes.axvspan(-1, 1, color="#DCE6F2", zorder=0, label="met")
     axes.set_yticks(range(len(names)), [NAME[str(name)] for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.set_xscale("symlog", linthresh=1)
     axes.set_xlabel("distance from the published value, over the allowed one [-]")
     plate.tidy(axes)
     plate.legend_below(figure, [axes])

@@ -85,4 +85,4 @@ def test_the_folder_is_whole(results, coarse, tmp_path):
     assert not any(word in "".join((*sentences, *tables)) for word in ("nan", "inf", "unbounded"))
     field = meshio.read(files[0])
     assert {"principal_strain_normal", "energy_density_normal_J_per_m3", "tissue"} <= set(field.cell_data)
-    assert tissue_strain.extra(given.assign_attrs(fingertip="another"), tmp_path) == []
+    assert tissue_strain.extra(given.assign_attrs(content_hash="another"), tmp_path) == []

@@ -61,8 +61,9 @@ def run(arguments: argparse.Namespace) -> None:
     cases = sweep_cases(scene, frequency, directions, **options)  # refuses what cannot be before any solve
     model = _model(arguments, scene, float(frequency[-1])).fit()
     found = frequency_response(model, frequency, directions, **options)
-    found["static_receptance"] = frequency_response(model, [0.0], directions, **options)["receptance"].isel(
-        frequency=0, drop=True).assign_attrs(long_name="receptance at 0 Hz, loss factor included")
+    static = frequency_response(model, [0.0], directions, **options)["receptance"].isel(frequency=0, drop=True)
+    found["static_receptance"] = abs(static).assign_attrs(
+        long_name="magnitude of the receptance at 0 Hz, loss factor included", units="m N-1")
     if isinstance(model, CertifiedMetamodel):
         bound = model.indicators(cases)["relative_energy_error_bound"][1]
         found["energy_error_bound"] = (("direction", "frequency"), bound.reshape(len(frequency), -1).T, {
@@ -145,7 +146,7 @@ def _table(found: xr.Dataset) -> str:
 
     frequency, directions = found["frequency"].values, [str(name) for name in found["direction"].values]
     step = -(-len(frequency) // MOST_LINES)
-    size = 1e6 * found["receptance"].values
+    size = 1e6 * np.abs(found["receptance"].values)
     phase = np.degrees(np.angle(found["driving_point_receptance"].values))
     lines = [" " * 9 + "".join(f"  {name:^30}" for name in directions),
              f"{'f [Hz]':>9}" + f"  {'loaded':>10} {'all':>10} {'phase':>8}" * len(directions),
@@ -172,7 +173,7 @@ def _peak_lines(found: xr.Dataset) -> list[str]:
     for direction in found["direction"].values:
         one = found.sel(direction=direction)
         for measure, text in (("excitation", "loaded"), ("whole", "all")):
-            curve, static = (one[name].sel(measure=measure) for name in ("receptance", "static_receptance"))
+            curve, static = (abs(one[name].sel(measure=measure)) for name in ("receptance", "static_receptance"))
             listed = [f"{peak.frequency:.1f} Hz ({peak.height / float(static):.2f} times 0 Hz, "
                       f"{1e6 * peak.height * found.attrs['force_amplitude']:.1f} um)"
                       for peak in peaks(found["frequency"], curve)]

@@ -26,7 +26,7 @@ def draw_response(found: xr.Dataset) -> Figure:
         As `rom.vibration.frequency_response.frequency_response` returns it.
     """
     f = found["frequency"].values
-    tops = {str(name): highest_peak(f, found["receptance"].sel(direction=name, measure="excitation"))
+    tops = {str(name): highest_peak(f, abs(found["receptance"].sel(direction=name, measure="excitation")))
             for name in found["direction"].values}
     listed = [f"{peak.frequency:.1f} Hz ({name})" for name, peak in tops.items() if peak is not None]
     figure = sheet(6.2, f"The loaded patch resonates at {words.listed(listed)}" if listed else
@@ -35,7 +35,7 @@ def draw_response(found: xr.Dataset) -> Figure:
     for name in tops:
         one = found.sel(direction=name)
         for measure, line, text in (("excitation", (0, (4, 2)), "loaded nodes"), ("whole", "-", "all moving nodes")):
-            above.semilogy(f, 1e6 * one["receptance"].sel(measure=measure), color=COLOURS[name], linestyle=line,
+            above.semilogy(f, 1e6 * abs(one["receptance"].sel(measure=measure)), color=COLOURS[name], linestyle=line,
                            marker="." if len(f) == 1 else None, label=f"{name}, {text}")
         below.plot(f, np.degrees(np.unwrap(np.angle(one["driving_point_receptance"]))), color=COLOURS[name],
                    marker="." if len(f) == 1 else None)

@@ -2,9 +2,10 @@
 
 A receptance is displacement amplitude over force amplitude. Serhat and Kuchenbecker 2021 (section 5.2) average the
 displacement over the nodes where the force acts, and over all moving nodes of the model. Their curves are magnitudes,
-here ``sqrt(|u_x|^2 + |u_y|^2 + |u_z|^2)`` of the complex amplitudes at a node, then the mean over nodes: real, blind to
-phase and to direction. Beside them stands the complex driving-point receptance, the mean displacement of the loaded
-nodes along the force over the force: its phase tells resonance from rise, its imaginary part is the power put in.
+here ``sqrt(|u_x|^2 + |u_y|^2 + |u_z|^2)`` of the complex amplitudes at a node, then the mean over nodes: that is the
+modulus of a receptance here, blind to direction; its argument is that of the same nodes' mean displacement along the
+force. Beside it stands the complex driving-point receptance, the mean displacement of the loaded nodes along the force
+over the force: its imaginary part is the power put in.
 """
 
 from __future__ import annotations
@@ -99,8 +100,8 @@ def receptances(scene: HarmonicPatchForces, cases: CaseArrays, values: np.ndarra
 
     Returns
     -------
-    magnitude : (n_case, 2) ndarray [m/N]
-        In the order of `MEASURES`.
+    receptance : (n_case, 2) ndarray, complex [m/N]
+        In the order of `MEASURES`: mean magnitude, with the phase of the mean displacement along the force.
     driving_point : (n_case,) ndarray, complex [m/N]
         Mean displacement of the loaded nodes along the force, over the force.
 
@@ -113,18 +114,22 @@ def receptances(scene: HarmonicPatchForces, cases: CaseArrays, values: np.ndarra
         raise ValueError(f"the cases have {cases.node.shape[1]} forces each: a receptance belongs to one force")
     moving, size = moving_nodes(scene), magnitudes(values)
     force = np.abs(cases.force[:, 0])
-    magnitude = np.empty((len(cases), len(MEASURES)))
+    receptance = np.empty((len(cases), len(MEASURES)), dtype=complex)
     driving = np.empty(len(cases), dtype=complex)
-    magnitude[:, 1] = size.mean(axis=1) / force
+    mean = values.reshape(len(values), -1, 3).mean(axis=1)
     for load in np.unique(cases.node):
         mine = cases.node[:, 0] == load
-        patch = scene.fingertip.mesh.skin_patch(int(scene.site_nodes[load // len(DIRECTIONS)]))
-        magnitude[mine, 0] = size[np.ix_(mine, np.searchsorted(moving, patch))].mean(axis=1) / force[mine]
+        centre = int(scene.site_nodes[load // len(DIRECTIONS)])
+        loaded = np.searchsorted(moving, scene.fingertip.mesh.skin_patch(centre))
+        along = scene.fingertip.skin_frame(centre)[DIRECTIONS[load % len(DIRECTIONS)]]
         # the unit load is the direction shared equally by the patch's nodes: its product is their mean along it
         column = scene.unit_loads[:, load]
         rows = np.flatnonzero(column)
         driving[mine] = values[np.ix_(mine, rows)] @ column[rows] / cases.force[mine, 0]
-    return magnitude, driving
+        for k, (magnitude, phasor) in enumerate(((size[np.ix_(mine, loaded)].mean(axis=1), driving[mine]),
+                                                 (size[mine].mean(axis=1), mean[mine] @ along / cases.force[mine, 0]))):
+            receptance[mine, k] = magnitude / force[mine] * np.exp(1j * np.angle(phasor))
+    return receptance, driving
 
 
 def frequency_response(model: Metamodel, frequency: Sequence[float] | np.ndarray,
@@ -147,7 +152,7 @@ def frequency_response(model: Metamodel, frequency: Sequence[float] | np.ndarray
     Returns
     -------
     xr.Dataset
-        ``receptance`` (direction, frequency, measure) [m/N], ``driving_point_receptance`` (direction, frequency),
+        ``receptance`` (direction, frequency, measure), ``driving_point_receptance`` (direction, frequency), both
         complex [m/N], ``sweep_seconds`` () [s]: the fields alone, without what is read off them.
 
     Raises
@@ -161,7 +166,7 @@ def frequency_response(model: Metamodel, frequency: Sequence[float] | np.ndarray
         raise ValueError(f"{model.name} answers {scene.name}: a frequency response needs the scene "
                          f"{HarmonicPatchForces.name}")
     cases = sweep_cases(scene, frequency, directions, node=node, amplitude=amplitude, loss_factor=loss_factor)
-    magnitude = np.empty((len(cases), len(MEASURES)))
+    receptance = np.empty((len(cases), len(MEASURES)), dtype=complex)
     driving = np.empty(len(cases), dtype=complex)
     field: np.ndarray | None = None
     seconds = 0.0
@@ -171,21 +176,22 @@ def frequency_response(model: Metamodel, frequency: Sequence[float] | np.ndarray
         start = time.perf_counter()
         field = model.evaluate(block, "field", field if field is not None and len(field) == len(block) else None)
         seconds += time.perf_counter() - start
-        magnitude[part], driving[part] = receptances(scene, block, field)
+        receptance[part], driving[part] = receptances(scene, block, field)
         if watch is not None:
             watch(part, field)
-    return response_dataset(frequency, directions, magnitude, driving).assign(
+    return response_dataset(frequency, directions, receptance, driving).assign(
         sweep_seconds=((), seconds, {"long_name": "wall time of the fields of the whole sweep", "units": "s"}))
 
 
-def response_dataset(frequency: Sequence[float] | np.ndarray, directions: Sequence[str], magnitude: np.ndarray,
+def response_dataset(frequency: Sequence[float] | np.ndarray, directions: Sequence[str], receptance: np.ndarray,
                      driving: np.ndarray) -> xr.Dataset:
     """Labels for what `receptances` found of the cases of a sweep; see `frequency_response`."""
     shape = (len(np.atleast_1d(frequency)), len(directions))
     return xr.Dataset({
         "receptance": (("direction", "frequency", "measure"),
-                       magnitude.reshape(*shape, len(MEASURES)).transpose(1, 0, 2), {
-            "long_name": "mean displacement magnitude over force amplitude", "units": "m N-1"}),
+                       receptance.reshape(*shape, len(MEASURES)).transpose(1, 0, 2), {
+            "long_name": "mean displacement magnitude over force amplitude, with the phase of the mean displacement "
+                         "along the force", "units": "m N-1"}),
         "driving_point_receptance": (("direction", "frequency"), driving.reshape(shape).T, {
             "long_name": "mean displacement of the loaded nodes along the force over the force", "units": "m N-1"})},
         coords={
