@@ -101,6 +101,10 @@ class ModalCertificate(Metamodel):
             beyond = amplification_beyond(self.next_eigenvalue_bound, stiffness, inertia)
             each = 1.0 / np.abs(stiffness[:, None] - inertia[:, None] / self.eigenvalue)
             modal = np.abs(self._force_sum(self.participation, cases)) * each / self.eigenvalue  # |coordinates|
+            # forces that nearly cancel leave rounding of the size of each alone, not of their sum
+            apart = CaseArrays(cases.node, np.abs(cases.force), cases.frequency, cases.loss_factor)
+            added = self._force_sum(np.abs(self.participation), apart) * each / self.eigenvalue
+            lost = 4 * cases.node.shape[1] * UNIT_ROUNDOFF["float64"]
             residual, size = self._residual_norm(cases)
             terms = len(self.eigenvalue) + 2 * cases.node.shape[1] + 8
             shape_size, defect, doubt = self._weights
@@ -109,10 +113,11 @@ class ModalCertificate(Metamodel):
             # a defect is orthogonal to no mode, so a resonance of the kept ones amplifies it too
             anywhere = np.maximum(beyond, each.max(axis=1))
             bound = beyond * residual + damped * anywhere * (modal @ defect) + unsure + (
-                terms * UNIT_ROUNDOFF[self.settings["precision"]] * (size + modal @ shape_size))
+                terms * UNIT_ROUNDOFF[self.settings["precision"]] * (size + added @ shape_size))
             spread = np.maximum(damped, np.abs(stiffness - inertia / self.next_eigenvalue_bound))
-            rest = quadratic(self.rest_gram, cases.node, cases.force) / spread
-            least = np.sqrt((modal * modal) @ self.eigenvalue + rest * rest) - unsure
+            rest = quadratic(self.rest_gram, cases.node, cases.force, below=True) / spread
+            sure = np.maximum(modal - lost * added, 0.0)
+            least = np.sqrt((sure * sure) @ self.eigenvalue + rest * rest) - unsure
             bound[np.isnan(bound)] = np.inf
             return bound, np.where(np.isfinite(least), np.maximum(least, 0.0), 0.0)
 

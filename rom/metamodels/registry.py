@@ -50,7 +50,8 @@ def create(name: str, scene: Scene, **settings: Any) -> Metamodel:
     try:
         return kind(scene, **settings)
     except (TypeError, OverflowError) as error:
-        raise ValueError(f"{name} does not take the settings {', '.join(settings)}: {' '.join(str(error).split())}") from error
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{name} does not take the settings {', '.join(settings)}: {reason}") from error
 
 
 def applicable(scene_name: str) -> list[str]:
