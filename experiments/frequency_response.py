@@ -184,8 +184,8 @@ def findings(results: xr.Dataset) -> list[str]:
         f"and three directions, within {words.error(float(best['node_error_max']))} at the worst node; its sweep takes "
         f"{words.seconds(_sweep(best))} against {words.seconds(_sweep(direct))}: {words.ratio(float(best['speedup']))} "
         f"faster online, {words.ratio(float(best['speedup_offline']))} with its offline stage of "
-        f"{words.seconds(float(best['offline_seconds']))}. The bars ({words.error(ERROR_BAR)}, {SPEED_BAR:g} times) "
-        f"are {'met' if met else 'not met'}."]
+        f"{words.seconds(float(best['offline_seconds']))}. The bars ({words.error(ERROR_BAR)}, {SPEED_BAR:g} times "
+        f"online) are {'met' if met else 'not met'}."]
     for measure, text in (("excitation", "of the loaded nodes"), ("whole", "of all moving nodes")):
         peaks = direct["peak_frequency"].sel(measure=measure)
         told, beyond = [], []
