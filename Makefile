@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 export ROM_CACHE ?= $(CURDIR)/.cache
 
-EXPERIMENTS := $(filter-out experiments/script.py %_plates.py,$(wildcard experiments/*.py))
+EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py %_plates.py,$(wildcard experiments/*.py))
 
 .PHONY: report report-quick experiments experiments-quick test test-all lint clean
 

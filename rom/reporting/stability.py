@@ -89,8 +89,8 @@ def _bounds(results: xr.Dataset) -> list[str]:
     if guessed.any():
         ratio = named[guessed] / error[guessed]
         good = np.mean((ratio >= 1 / FACTOR) & (ratio <= FACTOR))
-        sentences.append(f"Of {int(guessed.sum())} estimates of errors in solving, {good:.0%} lie within a factor {FACTOR:g} of the "
-                         f"true error, {np.mean(ratio < 1 / FACTOR):.0%} below that.")
+        sentences.append(f"Of {int(guessed.sum())} estimates of errors in solving, {good:.0%} lie within a factor "
+                         f"{FACTOR:g} of the true error, {np.mean(ratio < 1 / FACTOR):.0%} below that.")
     return sentences
 
 
