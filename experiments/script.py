@@ -11,7 +11,7 @@ from typing import Any
 
 import xarray as xr
 
-from rom.cli import bar
+from rom.commands.progress import bar
 from rom.comparison.side_by_side import QUICK_DENSITY
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.fingertip import Fingertip

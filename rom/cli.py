@@ -11,11 +11,11 @@ import logging
 import os
 import sys
 import warnings
-from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
 
 from rom.commands import explain, frf, modes, stability
+from rom.commands.progress import bar
 from rom.errors import RomError
 
 LARGEST_SEED = 2**63 - 1
@@ -102,13 +102,6 @@ def _seed(text: str) -> int:
 def _common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="coarse mesh and few cases: a check, not a result")
     parser.add_argument("--seed", type=_seed, help="decides cases, splits and networks (default: the report's own)")
-
-
-def bar(items: Iterable, title: str) -> Iterable:
-    """Wrap an iteration in a progress bar."""
-    from tqdm import tqdm
-
-    return tqdm(items, desc=title, file=sys.stderr, leave=False, disable=None)
 
 
 def _scenes(_: argparse.Namespace) -> None:

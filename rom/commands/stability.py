@@ -24,7 +24,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Ask, judge, print, write."""
-    from rom.cli import bar
+    from rom.commands.progress import bar
     from rom.stability import atlas
 
     if arguments.output is not None:
