@@ -4,6 +4,9 @@ import os
 
 import pytest
 
+# comparisons to the last bit need it: with more threads oneMKL adds in an order that hangs on timing
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+
 from rom.datasets import make_dataset, read_dataset
 from rom.fingertip import Fingertip, MeshDensity
 from rom.scenes import HarmonicPatchForces, HarmonicPointForce, StaticPointForces, get_scene
