@@ -25,6 +25,7 @@ from rom.reporting.skin import draw_skin
 from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import magnitudes, moving_nodes, sweep_cases
 from rom.vibration.motion import at_largest_motion
+from rom.vibration.published import published
 
 FREQUENCIES = (0.0, 50.0, 100.0, 150.0, 200.0, 250.0)
 FORCE = 0.1
@@ -37,7 +38,7 @@ DRAWN_AS = 2.0
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """In which shapes does the fingertip vibrate, and where does it move most?"""
-    away = script.published()["digitip"]["frequency_response"]["largest_away_from_load_hz"]
+    away = published()["digitip"]["frequency_response"]["largest_away_from_load_hz"]
     scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
     mesh, moving = scene.fingertip.mesh, moving_nodes(scene)
     cases = sweep_cases(scene, FREQUENCIES, amplitude=FORCE)

@@ -33,6 +33,7 @@ from rom.vibration.frequency_response import (
     response_dataset,
     sweep_cases,
 )
+from rom.vibration.published import published
 from rom.vibration.resonance import highest_peak
 
 FREQUENCIES = np.arange(1.0, 261.0)
@@ -87,7 +88,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "long_name": "wall time before the first answer, matrices given", "units": "s"}),
         "natural_frequency": ("mode", scene.full_order.natural_modes(
             below_hz=scene.band_hz).frequency_hz, {"long_name": "natural frequency", "units": "Hz"})})
-    figures = script.published()["digitip"]["frequency_response"]
+    figures = published()["digitip"]["frequency_response"]
     results["published_peak"] = ("direction", [figures["peak_normal_hz_about"], figures["peak_radial_ulnar_hz"],
                                                figures["peak_distal_proximal_hz"]], {
         "long_name": "published frequency of the peak", "units": "Hz"})

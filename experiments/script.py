@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
@@ -41,11 +39,6 @@ def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
 def spoken(tip: Fingertip) -> str:
     """Size and elements of a fingertip, for the page."""
     return f"{tip.mesh.n_nodes:,} nodes, {len(tip.free_dofs):,} free degrees of freedom, {tip.formulation}"
-
-
-def published() -> dict[str, Any]:
-    """Tables of ``data/published.toml``: figures that experiments compare with."""
-    return tomllib.loads((Path(__file__).parents[1] / "data" / "published.toml").read_text(encoding="utf-8"))
 
 
 def run(

@@ -102,8 +102,10 @@ class ModalCertificate(Metamodel):
             each = 1.0 / np.abs(stiffness[:, None] - inertia[:, None] / self.eigenvalue)
             modal = np.abs(self._force_sum(self.participation, cases)) * each / self.eigenvalue  # |coordinates|
             # forces that nearly cancel leave rounding of the size of each alone, not of their sum
-            apart = CaseArrays(cases.node, np.abs(cases.force), cases.frequency, cases.loss_factor)
-            added = self._force_sum(np.abs(self.participation), apart) * each / self.eigenvalue
+            added = modal
+            if cases.node.shape[1] > 1:
+                apart = CaseArrays(cases.node, np.abs(cases.force), cases.frequency, cases.loss_factor)
+                added = self._force_sum(np.abs(self.participation), apart) * each / self.eigenvalue
             lost = 4 * cases.node.shape[1] * UNIT_ROUNDOFF["float64"]
             residual, size = self._residual_norm(cases)
             terms = len(self.eigenvalue) + 2 * cases.node.shape[1] + 8
