@@ -1,0 +1,151 @@
+"""What one sees of an equilibrium: forces, contact, energy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rom.collagen.equilibrium import StepResult
+from rom.collagen.finger import Finger, State, tributary
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """An equilibrium on a path, in the units of measurement."""
+
+    state: State
+    normal_force: float
+    """[N]"""
+    tangential_force: float
+    """That moves the plate along [N]."""
+    normal_displacement: float
+    """Of the plate since it touched [mm]."""
+    tangential_displacement: float
+    """Of the plate [mm]."""
+    edges: tuple[float, float]
+    """Ends of the contact along the plate [mm]; NaN without contact."""
+    pressure: np.ndarray
+    """(n_skin,) ndarray [MPa]: over the deformed skin."""
+    shear: np.ndarray
+    """(n_skin,) ndarray [MPa]: with which the plate drags the skin along, over the deformed skin."""
+    largest_fibre: float
+    """Largest lambda^2 - 1 of any fibre at any integration point."""
+    slipping: int
+    touching: int
+    energy: float
+    """Stored in tissue, out-of-plane spring and penalties [N mm]."""
+    work: float
+    """Done by the plate since the start of the path [N mm]."""
+    dissipated: float
+    """By friction and by the viscous resistance since the start of the path [N mm]."""
+    viscosity: float
+    """With which the last step was made [MPa]."""
+    iterations: int
+    """Newton iterations since the start of the path, failed steps included."""
+    steps: int
+
+    @property
+    def width(self) -> float:
+        """Of the contact [mm]."""
+        return self.edges[1] - self.edges[0]
+
+    @property
+    def area(self) -> float:
+        """pi W^2 / 4 [mm^2]: the publication's, a circle as wide as the contact."""
+        return 0.25 * np.pi * self.width**2
+
+
+@dataclass
+class Balance:
+    """Work and dissipation since the start of a path, by the trapezoidal rule over its steps, for each mm of length."""
+
+    work: float = 0.0
+    dissipated: float = 0.0
+
+    def add(self, finger: Finger, before: State, forces: tuple[float, float], step: StepResult, viscosity: float) -> None:
+        """Account for the step from ``before``, where the plate's forces [N/mm] were ``forces``."""
+        after, contact = step.state, step.residual.contact
+        normal, tangential = plate_forces(finger, contact.pressure, contact.shear)
+        self.work += 0.5 * (forces[0] + normal) * (after.plate_y - before.plate_y)
+        self.work += 0.5 * (forces[1] + tangential) * (after.plate_x - before.plate_x)
+        history, plate = before.contact, finger.plate
+        moved = np.where(contact.closed & ~history.closed, contact.gap / np.where(
+            contact.gap < history.gap, contact.gap - history.gap, 1.0), 1.0) * (contact.relative - history.relative)
+        slip = np.where(contact.closed, moved - (contact.shear - history.shear) / plate.tangential_stiffness, 0.0)
+        self.dissipated += float(finger.skin_length @ (0.5 * (history.shear + contact.shear) * slip))
+        # a node that leaves the plate loses what its elastic slip had stored
+        gone = history.closed & ~contact.closed
+        self.dissipated += float(finger.skin_length[gone] @ history.shear[gone] ** 2) / (2 * plate.tangential_stiffness)
+        slid = abs(after.plate_x - before.plate_x)
+        if viscosity > 0 and slid > 0:
+            motion = (after.displacement - before.displacement)[finger.mesh.skin_nodes]
+            self.dissipated += viscosity / slid * float(finger.skin_length @ (motion**2).sum(axis=1))
+
+
+def plate_forces(finger: Finger, pressure: np.ndarray, shear: np.ndarray) -> tuple[float, float]:
+    """Normal force on the plate and the force that moves it along [N/mm], from tractions over undeformed skin [MPa]."""
+    return float(finger.skin_length @ pressure), -float(finger.skin_length @ shear)
+
+
+def stored_energy(finger: Finger, step: StepResult) -> float:
+    """Of tissue, out-of-plane spring and penalties [N]: N mm for each mm of length."""
+    state, found = step.state, step.residual
+    contact, plate = found.contact, finger.plate
+    energy = found.energy + 0.5 * float(finger.element_volume @ state.pressure**2) / finger.tissue.bulk
+    if np.isfinite(finger.out_of_plane.stiffness):
+        energy += 0.5 * finger.out_of_plane.stiffness * (state.stretch_z - 1) ** 2
+    return energy + 0.5 * float(finger.skin_length @ (
+        contact.pressure**2 / plate.normal_stiffness + contact.shear**2 / plate.tangential_stiffness))
+
+
+def contact_edges(x: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
+    """Where the contact ends, inside the elements.
+
+    Near its ends the pressure of a smooth contact falls like the square root of the distance (Hertz), so its square falls
+    linearly: the edge is where the line through the squares at the last two nodes meets zero, but not beyond the first
+    node without pressure.
+
+    Parameters
+    ----------
+    x : (n,) ndarray [mm]
+        Along the plate, ascending.
+    pressure : (n,) ndarray [MPa]
+        Zero where there is no contact.
+
+    Returns
+    -------
+    left, right : float [mm]
+        NaN where no node touches.
+    """
+    touching = np.flatnonzero(pressure > 0)
+    if not len(touching):
+        return float("nan"), float("nan")
+
+    def edge(last: int, inward: int) -> float:
+        beyond = x[last - inward] if 0 <= last - inward < len(x) else x[last]
+        if not 0 <= last + inward < len(x) or pressure[last + inward] <= pressure[last]:
+            return 0.5 * (x[last] + beyond)
+        rise = (pressure[last + inward] ** 2 - pressure[last] ** 2) / (x[last + inward] - x[last])
+        found = x[last] - pressure[last] ** 2 / rise
+        return float(min(max(found, min(x[last], beyond)), max(x[last], beyond)))
+
+    return edge(int(touching[0]), 1), edge(int(touching[-1]), -1)
+
+
+def observe(finger: Finger, step: StepResult, balance: Balance, viscosity: float, iterations: int, steps: int
+            ) -> Observation:
+    """Everything that is reported of a converged step."""
+    state, contact = step.state, step.residual.contact
+    skin = finger.mesh.skin_nodes
+    position = finger.mesh.nodes[skin] + state.displacement[skin]
+    stretched = finger.skin_length / tributary(position)
+    # along the plate, without the finger's upper side, whose nodes stand over the same positions
+    order = np.roll(np.arange(len(skin)), len(skin) // 2)[len(skin) // 4: -(len(skin) // 4)]
+    normal, tangential = plate_forces(finger, contact.pressure, contact.shear)
+    length = finger.out_of_plane.effective_length
+    return Observation(
+        state, normal * length, tangential * length, state.plate_y - finger.lowest, state.plate_x,
+        contact_edges(position[order, 0], contact.pressure[order]), contact.pressure * stretched, -contact.shear * stretched,
+        step.residual.largest_fibre, int(contact.slipping.sum()), int(contact.closed.sum()),
+        stored_energy(finger, step) * length, balance.work * length, balance.dissipated * length, viscosity, iterations, steps)
