@@ -83,12 +83,12 @@ def accuracy(found: Results) -> Iterator[str]:
 
 
 def gate_speed(found: Results) -> Iterator[str]:
-    """Largest speed-up at the gate's level of error: one case, batch, pad only."""
+    """Largest speed-up at the gate's level of error: one case, batch, a part of the answer."""
     for split in found.splits:
         entries = found.passing([split])
         parts = []
         for what, ratios in (("for one full field", found.speedup), ("a case in a batch", found.batch_speedup),
-                             ("where only the pad is wanted", found.output_speedup)):
+                             (f"where only the {found.partial} is wanted", found.output_speedup)):
             known = [i for i in entries if np.isfinite(ratios[i])]
             if known:
                 i = max(known, key=lambda k: ratios[k])

@@ -61,7 +61,7 @@ def offline_cost(found: Results) -> Plate | None:
 
 
 def speed(found: Results) -> Plate | None:
-    """Speed-up of each method's headline over direct: one case, batch, pad only."""
+    """Speed-up of each method's headline over direct: one case, batch, a part of the answer."""
     methods = found.reduced
     if not methods:
         return None
@@ -72,7 +72,8 @@ def speed(found: Results) -> Plate | None:
     sets = ((found.speedup, "one case, full field", 0.26, 1.0, "", _over_floor(found, found.online, "floor_seconds")),
             (found.batch_speedup, "a case in a large batch, full field", 0.0, 0.6, "",
              _over_floor(found, found.per_entry("batch_seconds"), "batch_floor_seconds")),
-            (found.output_speedup, "one case, pad surface only", -0.26, 0.3, "///", np.full(len(found.method), np.nan)))
+            (found.output_speedup, f"one case, {found.partial} only", -0.26, 0.3, "///",
+             np.full(len(found.method), np.nan)))
     known = np.concatenate([s[0][rows] for s in sets])
     known = known[np.isfinite(known) & (known > 0)]
     least, most = (known.min(), known.max()) if len(known) else (1.0, 1.0)
@@ -102,7 +103,7 @@ def speed(found: Results) -> Plate | None:
                  f"{split} split, since speed without accuracy is worth nothing. The machine's floor: for one case "
                  "the time to read the numbers that the answer is made of once from memory, for a batch the time of "
                  "the matrix product alone.",
-                 "Bars of speed-up over the direct solver for one case, a batch and the pad only.")
+                 "Bars of speed-up over the direct solver for one case, a batch and a part of the answer.")
 
 
 def _over_floor(found: Results, times: np.ndarray, name: str) -> np.ndarray:

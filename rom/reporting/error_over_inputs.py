@@ -26,8 +26,9 @@ def error_over_frequency(found: Results) -> Plate | None:
 
 
 def error_over_forces(found: Results) -> Plate | None:
-    """Error by the number of forces; None for a harmonic scene or without case errors."""
-    return _over_forces(found) if "case_error" in found.data and not found.harmonic else None
+    """Error by the number of forces; None for scenes that do not vary it or without case errors."""
+    known = {"case_error", "load_node"} <= set(found.data.variables)
+    return _over_forces(found) if known and not found.harmonic else None
 
 
 # ---- harmonic -----------------------------------------------------------------------------------------------

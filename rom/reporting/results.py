@@ -109,7 +109,7 @@ class Results:
 
     @cached_property
     def output_speedup(self) -> np.ndarray:
-        """(entry,) ndarray: direct over method, one case, pad surface only."""
+        """(entry,) ndarray: direct over method, one case, only the :attr:`partial` answer."""
         return self._ratio("output_speedup", self.per_entry("output_seconds"))
 
     def _ratio(self, name: str, times: np.ndarray) -> np.ndarray:
@@ -185,6 +185,16 @@ class Results:
         return min(found, key=lambda i: errors[i]) if found else None
 
     # ---- the scene ------------------------------------------------------------------------------------------
+
+    @property
+    def partial(self) -> str:
+        """What an answer consists of where the full field is not wanted."""
+        return self.text("partial_output", "pad surface")
+
+    @property
+    def contact(self) -> bool:
+        """Whether cases are load paths of a contact scene."""
+        return "contact_error_max" in self.data
 
     @property
     def harmonic(self) -> bool:

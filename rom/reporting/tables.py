@@ -20,7 +20,7 @@ def headline_table(found: Results) -> str:
     for split in found.splits:
         head += [html.named(f"error, {split}", "max / p95 / median")]
     head += [html.named("one case", "full field"), html.named("batch", "a case, full field"),
-             html.named("pad only", "one case"), html.named("labelled call", "adds"), "offline", "size",
+             html.named(f"{found.partial} only", "one case"), html.named("labelled call", "adds"), "offline", "size",
              html.named("pays back", "after answers")]
     head += [html.named("gate", split) for split in found.splits]
     offline, needed, size = (found.per_entry(n) for n in ("offline_seconds", "break_even_cases", "model_bytes"))
@@ -72,7 +72,8 @@ def speed_table(found: Results, split: str) -> str:
             cells.append(_fastest(found, entries))
         rows.append(("", cells))
     return html.table(f"Largest speed-up over {DIRECT} at a level of largest error, {split} split: one full field, "
-                      "with a case in a batch and the pad only below it, each at the setting that suits it best.",
+                      f"with a case in a batch and the {found.partial} only below it, each at the setting that suits "
+                      "it best.",
                       head, rows)
 
 
@@ -83,7 +84,7 @@ def _fastest(found: Results, entries: list[int]) -> str:
     if not entries:
         return html.cell("not reached")
     return html.cell(words.ratio(most(found.speedup)), f"batch {words.ratio(most(found.batch_speedup))}, "
-                     f"pad {words.ratio(most(found.output_speedup))}")
+                     f"{found.partial} {words.ratio(most(found.output_speedup))}")
 
 
 def settings_table(found: Results) -> str:
@@ -92,7 +93,7 @@ def settings_table(found: Results) -> str:
     head += [html.named(f"largest error, {split}", "its basis alone") for split in found.splits]
     head += [html.named("one case", "full field"), html.named("over floor", "memory read once"),
              html.named("batch", "a case, full field"), html.named("over floor", "matrix product"),
-             html.named("pad only", "one case"), html.named("offline", "snapshots + fit"), "size",
+             html.named(f"{found.partial} only", "one case"), html.named("offline", "snapshots + fit"), "size",
              html.named("bound / error", "median; least to largest")]
     snapshot, fit, size = (found.per_entry(n) for n in ("snapshot_seconds", "fit_seconds", "model_bytes"))
     offline, batch = found.per_entry("offline_seconds"), found.per_entry("batch_seconds")

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-TITLES = {"batch_seconds": "A full field in a large batch", "output_seconds": "The pad's displacement alone"}
 
 
 def work_precision(found: Results) -> Plate:
@@ -48,15 +47,16 @@ def work_precision(found: Results) -> Plate:
 
 
 def work_precision_elsewhere(found: Results) -> Plate | None:
-    """The same in a large batch and where only the pad surface is wanted, published split."""
+    """The same in a large batch and where only a part of the answer is wanted, published split."""
     split = found.splits[0]
     sets = [("batch_seconds", "time a case in a large batch, full field [s]", "large batch, full field"),
-            ("output_seconds", "online time of one case, pad surface only [s]", "one case, pad surface only")]
+            ("output_seconds", f"online time of one case, {found.partial} only [s]", f"one case, {found.partial} only")]
     sets = [s for s in sets if np.isfinite(found.per_entry(s[0])).any()]
     if not sets:
         return None
     name = sets[0][0]
-    figure = sheet(5.4, _title(found, TITLES[name], found.per_entry(name)))
+    what = "A full field in a large batch" if name == "batch_seconds" else f"The {found.partial} alone"
+    figure = sheet(5.4, _title(found, what, found.per_entry(name)))
     panels = list(figure.subplots(1, len(sets), sharey=True, squeeze=False)[0])
     for axes, (variable, label, what) in zip(panels, sets, strict=True):
         _panel(axes, found, found.per_entry(variable), found.errors(split), _lowest(found, [split]))
@@ -65,9 +65,9 @@ def work_precision_elsewhere(found: Results) -> Plate | None:
     panels[0].set_ylabel("largest relative error, held-out cases [1]")
     legend_below(figure, panels)
     return Plate("work-precision-batch-pad.png", figure,
-                 "The same diagram where many cases are wanted at once, and where one case is wanted on the pad only. "
-                 f"Errors are those of the full field on the {split} split.",
-                 "Scatter of largest held-out error against time a case in a batch and against time for the pad only.")
+                 "The same diagram where many cases are wanted at once, and where of one case only the "
+                 f"{found.partial} is wanted. Errors are those of the full field on the {split} split.",
+                 "Scatter of largest held-out error against time a case in a batch and for a part of the answer.")
 
 
 def _panel(axes: Axes, found: Results, times: np.ndarray, errors: np.ndarray, lowest: float) -> None:
