@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rom.reporting import words
+from rom.reporting.contact_conclusions import contact_quantities
 from rom.reporting.failures import shortfalls
 from rom.reporting.results import DIRECT, LEARNED, SOLVERS, UNSEEN_NODE, Results
 
@@ -30,8 +31,8 @@ def conclusions(results: xr.Dataset) -> list[str]:
     list of str
     """
     found = Results(results)
-    parts = (recommended, payback, accuracy, gate_speed, shortfalls, band_modes, learners, pod_at_new_nodes,
-             certificate, mesh)
+    parts = (recommended, payback, accuracy, gate_speed, contact_quantities, shortfalls, band_modes, learners,
+             pod_at_new_nodes, certificate, mesh)
     return [sentence for part in parts for sentence in part(found)]
 
 

@@ -78,8 +78,9 @@ def _methods(found: Results) -> list[str]:
 def measured(found: Results) -> list[str]:
     """Sentences on the protocol, with this run's own numbers."""
     sentences = [
-        "Error of a case: length of the difference over length of the truth, over all free degrees of freedom, "
-        "complex where the answer is. The gate looks at the largest error over the held-out cases.",
+        found.text("error_definition", "Error of a case: length of the difference over length of the truth, over all "
+                   "free degrees of freedom, complex where the answer is.")
+        + " The gate looks at the largest error over the held-out cases.",
         f"Truth: `direct`, {found.text('backend', 'solver not recorded')}"
         + (f"; the largest relative residual of a stored case is {words.error(_attribute(found, 'residual_max'))}."
            if np.isfinite(_attribute(found, "residual_max")) else "."),

@@ -8,7 +8,17 @@ from pathlib import Path
 import xarray as xr
 
 from rom.datasets.storage import open_netcdf, read_netcdf, whole_file
-from rom.reporting import checks, cost, error_over_inputs, fields, page, regions, work_precision
+from rom.reporting import (
+    checks,
+    contact_errors,
+    contact_paths,
+    cost,
+    error_over_inputs,
+    fields,
+    page,
+    regions,
+    work_precision,
+)
 from rom.reporting.conclusions import verdict
 from rom.reporting.experiment import title_of
 from rom.reporting.plate import Plate
@@ -19,6 +29,11 @@ FIGURES: dict[str, Callable[[Results], Plate | None]] = {
     "work-precision-batch-pad.png": work_precision.work_precision_elsewhere,
     "error-over-frequency.png": error_over_inputs.error_over_frequency,
     "error-over-forces.png": error_over_inputs.error_over_forces,
+    "error-along-path.png": contact_errors.error_along_path,
+    "contact-quantities.png": contact_errors.contact_quantities,
+    "error-by-fibres.png": contact_errors.error_by_variant,
+    "worst-paths.png": contact_paths.worst_paths,
+    "worst-sections.png": contact_paths.worst_sections,
     "error-by-region.png": regions.error_by_region,
     "worst-fields.png": fields.worst_fields,
     "speed-up.png": cost.speed,
