@@ -1,0 +1,129 @@
+"""The inputs of a block of load paths: as plain arrays, and the checks that turn labelled ones into them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from rom.collagen.tissue import VARIANTS
+from rom.fingertip.shape import shown
+
+NUMBERS = {"c": "Pa", "k1": "Pa", "friction": "1", "normal_force": "N"}
+"""Inputs of a path beside its variant, with their units."""
+LONG_NAMES = {"c": "stiffness c of the ground matrix", "k1": "stiffness k1 of the fibres",
+              "friction": "Coulomb coefficient", "normal_force": "normal force held while the plate slides"}
+LARGEST = {"c": 1e9, "k1": 1e9, "friction": 1e5, "normal_force": 1e3}
+"""What the full-order model takes at most."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PathArrays:
+    """The inputs of a block of paths as plain arrays: what the lean calls take; each (n_path,) ndarray.
+
+    Parameters
+    ----------
+    variant : ndarray of int
+        Position in :data:`rom.collagen.tissue.VARIANTS`.
+    c, k1 : ndarray [Pa]
+    friction : ndarray
+    normal_force : ndarray [N]
+    """
+
+    variant: np.ndarray
+    c: np.ndarray
+    k1: np.ndarray
+    friction: np.ndarray
+    normal_force: np.ndarray
+
+    def __len__(self) -> int:
+        """Number of paths."""
+        return len(self.variant)
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        """The five fields, in order."""
+        return iter((self.variant, self.c, self.k1, self.friction, self.normal_force))
+
+    def take(self, index) -> PathArrays:
+        """The paths at ``index`` (slice, mask or integers)."""
+        return PathArrays(*(a[index] for a in self))
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """(n_path, 4) ndarray: c, k1, friction, normal force."""
+        return np.column_stack([self.c, self.k1, self.friction, self.normal_force])
+
+
+def joined(first: PathArrays, second: PathArrays) -> PathArrays:
+    """One block of paths after another."""
+    return PathArrays(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
+
+
+def read_paths(cases: xr.Dataset, scene: str) -> PathArrays:
+    """Check labelled paths and turn them into plain arrays.
+
+    Parameters
+    ----------
+    cases : xr.Dataset
+        ``variant`` (names or positions in VARIANTS), ``c``, ``k1``, ``friction``, ``normal_force``, each along ``path``.
+    scene : str
+        Its name, for messages.
+
+    Raises
+    ------
+    ValueError
+        For a missing variable, a wrong dimension, or a value that the full-order model cannot take.
+    """
+    if not isinstance(cases, xr.Dataset):
+        raise ValueError(f"cases of {scene} are of type {type(cases).__name__}: give an xarray.Dataset")
+    wanted = ["variant", *NUMBERS]
+    for name in wanted:
+        if name not in cases:
+            raise ValueError(f"cases of {scene} lack the variable {name!r}: give all of {', '.join(wanted)}")
+        if cases[name].dims != ("path",):
+            raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along ('path',)")
+    if not cases.sizes["path"]:
+        raise ValueError(f"the batch of {scene} holds no path: give at least one")
+    numbers = {name: _number(cases[name].values, name) for name in NUMBERS}
+    return PathArrays(_variant(cases["variant"].values), **numbers)
+
+
+def _variant(values: np.ndarray) -> np.ndarray:
+    if values.dtype.kind in "iu":
+        if ((values < 0) | (values >= len(VARIANTS))).any():
+            bad = values[(values < 0) | (values >= len(VARIANTS))][0]
+            raise ValueError(f"variant {bad} is no arrangement of fibres: give 0 to {len(VARIANTS) - 1}, which stand for "
+                             f"{', '.join(VARIANTS)}, or those names")
+        return values.astype(np.int64)
+    if values.dtype.kind not in "UO" or not all(isinstance(v, str) for v in values):
+        raise ValueError(f"variant is of type {values.dtype}: give names of {', '.join(VARIANTS)}, or their positions")
+    for value in values:
+        if value not in VARIANTS:
+            raise ValueError(f"{shown(value)} is no arrangement of fibres: choose from {', '.join(VARIANTS)}")
+    return np.array([VARIANTS.index(v) for v in values], dtype=np.int64)
+
+
+def _number(values: np.ndarray, name: str) -> np.ndarray:
+    unit = NUMBERS[name]
+    if values.dtype.kind not in "iuf":
+        raise ValueError(f"{name} is of type {values.dtype}: every value must be a real number of {unit}")
+    values = values.astype(float)
+    least = 0.0 if name == "friction" else np.finfo(float).tiny
+    wrong = ~(np.isfinite(values) & (values >= least) & (values <= LARGEST[name]))
+    if wrong.any():
+        rule = "zero or more" if name == "friction" else "more than zero"
+        raise ValueError(f"{name} holds {values[wrong][0]:g}: give {rule} and at most {LARGEST[name]:g} {unit}, "
+                         "or drop the path")
+    return values
+
+
+def label_paths(paths: PathArrays) -> dict[str, tuple]:
+    """Variables of labelled paths: the inverse of :func:`read_paths`."""
+    return {
+        "variant": ("path", paths.variant.astype(np.int8), {
+            "long_name": "arrangement of the collagen fibres", "units": "1",
+            "flag_values": np.arange(len(VARIANTS), dtype=np.int8), "flag_meanings": " ".join(VARIANTS)}),
+        **{name: ("path", getattr(paths, name), {"long_name": LONG_NAMES[name], "units": unit})
+           for name, unit in NUMBERS.items()}}
