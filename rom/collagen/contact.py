@@ -1,8 +1,8 @@
 """Contact with a rigid flat plate and Coulomb friction, at the nodes of the skin.
 
 Penalty for the gap and for sticking, return mapping for slipping. A node that touches during a step sticks where it
-*touched*: its slip is counted from the point of touch, interpolated between the converged states, and the tangent knows how
-that point moves; counted from the last converged state instead, Newton's iteration runs in circles.
+*touched*: its slip is counted from the point of touch, interpolated between the converged states, and the tangent knows
+how that point moves; counted from the last converged state instead, Newton's iteration runs in circles.
 """
 
 from __future__ import annotations
@@ -92,8 +92,8 @@ def contact_response(plate: Plate, history: ContactHistory, gap: np.ndarray, rel
     relative : (n_skin,) ndarray [mm]
         Displacement of the node along the plate minus the plate's own.
     predict : bool
-        Nodes slip that slipped in the last converged state, and only those: the first iteration of a tangential step, where
-        the plate has moved and the skin has not yet followed.
+        Nodes slip that slipped in the last converged state, and only those: the first iteration of a tangential step,
+        where the plate has moved and the skin has not yet followed.
 
     Returns
     -------

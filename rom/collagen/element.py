@@ -1,9 +1,9 @@
 """Energy, forces and tangents of hybrid quadrilaterals in generalized plane strain, compiled.
 
 Four corners, 2 x 2 integration points, one pressure an element that stands for the mean dilatation (Simo, Taylor and
-Pister, Comput. Methods Appl. Mech. Eng. 51 (1985) 177-208). The pressure is an unknown of its own: it enters linearly and
-is updated linearly, so that Newton's steps do not depend on the bulk modulus. The out-of-plane stretch is one unknown
-that all elements share.
+Pister, Comput. Methods Appl. Mech. Eng. 51 (1985) 177-208). The pressure is an unknown of its own: it enters linearly
+and is updated linearly, so that Newton's steps do not depend on the bulk modulus. The out-of-plane stretch is one
+unknown that all elements share.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ def shape_gradients(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @numba.njit(cache=True)
-def element_response(gradients, weights, fibres, displacement, stretch_z, pressure, c, k1, k2, tangent, force, dilatation_force,
-                     dilatation, energy, largest_fibre):
+def element_response(gradients, weights, fibres, displacement, stretch_z, pressure, c, k1, k2, tangent, force,
+                     dilatation_force, dilatation, energy, largest_fibre):
     """Fill the element arrays; the last unknown of each element is the out-of-plane stretch.
 
     Parameters
@@ -111,7 +111,8 @@ def element_response(gradients, weights, fibres, displacement, stretch_z, pressu
             if not jac > SMALLEST_JACOBIAN:
                 usable = False
                 jac = SMALLEST_JACOBIAN
-            dj[0], dj[1], dj[2], dj[3], dj[4] = stretch_z * f11, -stretch_z * f10, -stretch_z * f01, stretch_z * f00, in_plane
+            dj[0], dj[1], dj[2], dj[3] = stretch_z * f11, -stretch_z * f10, -stretch_z * f01, stretch_z * f00
+            dj[4] = in_plane
             d2j[0, 3] = d2j[3, 0] = stretch_z
             d2j[1, 2] = d2j[2, 1] = -stretch_z
             d2j[0, 4] = d2j[4, 0] = f11
@@ -142,7 +143,8 @@ def element_response(gradients, weights, fibres, displacement, stretch_z, pressu
                     growth = exp(k2 * FIBRE_CAP * FIBRE_CAP)
                     w2 = k1 * growth * (1 + 2 * k2 * FIBRE_CAP * FIBRE_CAP)
                     w1 = k1 * FIBRE_CAP * growth + w2 * (strain - FIBRE_CAP)
-                    energy[e] += w * (k1 / (2 * k2) * (growth - 1) + 0.5 * (w1 + k1 * FIBRE_CAP * growth) * (strain - FIBRE_CAP))
+                    at_cap = k1 * FIBRE_CAP * growth
+                    energy[e] += w * (k1 / (2 * k2) * (growth - 1) + 0.5 * (w1 + at_cap) * (strain - FIBRE_CAP))
                 else:
                     growth = exp(k2 * strain * strain)
                     w1 = k1 * strain * growth

@@ -1,7 +1,8 @@
 """One load step: Newton's method on the finger's equations, strictly converged or not at all.
 
 The pressures are updated linearly with the step, the guard against divergence is not monotone (the first residual of a
-penalty contact is its stiffness times the step, whatever the step is worth), and nothing is accepted that has not converged.
+penalty contact is its stiffness times the step, whatever the step is worth), and nothing is accepted that has not
+converged.
 """
 
 from __future__ import annotations
@@ -26,17 +27,26 @@ PATIENCE, DAMPING = 3, 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class StepResult:
-    """A step's outcome.
+class ConvergedStep:
+    """An equilibrium that was found."""
 
-    ``state`` is None where the step did not converge, and ``reason`` says why.
-    """
-
-    state: State | None
+    state: State
+    residual: Residual
     iterations: int
-    reason: str = ""
-    residual: Residual | None = None
-    force_residual: float = np.nan
+    force_residual: float
+    """Norm of the residual over that of the bone's reaction."""
+
+
+@dataclass(frozen=True)
+class FailedStep:
+    """A step that did not converge, and why."""
+
+    iterations: int
+    reason: str
+    state: None = None
+
+
+StepResult = ConvergedStep | FailedStep
 
 
 def solve_step(finger: Finger, state: State, *, plate_y: float | None = None, normal_force: float | None = None,
@@ -77,9 +87,9 @@ def solve_step(finger: Finger, state: State, *, plate_y: float | None = None, no
         converged = size <= FORCE_TOLERANCE * reference and found.volume_error <= VOLUME_TOLERANCE
         if iteration > 0 and found.usable and converged:
             done = replace(trial, contact=found.contact.history())
-            return StepResult(done, iteration, residual=found, force_residual=size / reference)
+            return ConvergedStep(done, found, iteration, size / reference)
         if not np.isfinite(size) or size > 1e8 * reference:
-            return StepResult(None, iteration, "the iteration diverges")
+            return FailedStep(iteration, "the iteration diverges")
         try:
             values = finger.tangent(found, plate_held, drag[0] if drag else 0.0)
             right = -found.condensed[finger.free_rows]
@@ -87,9 +97,9 @@ def solve_step(finger: Finger, state: State, *, plate_y: float | None = None, no
                 right[-1] = 0.0
             answer = finger.solver.solve(values, right)
         except SolverError as error:
-            return StepResult(None, iteration, str(error))
+            return FailedStep(iteration, str(error))
         if not np.isfinite(answer).all():
-            return StepResult(None, iteration, "the tangent is singular")
+            return FailedStep(iteration, "the tangent is singular")
         step = np.zeros(finger.n_unknowns)
         step[finger.free_rows] = answer
         pressure_step = finger.tissue.bulk * (found.dilatation + np.einsum(
@@ -105,6 +115,6 @@ def solve_step(finger: Finger, state: State, *, plate_y: float | None = None, no
                 break
             share *= 0.5
         else:
-            return StepResult(None, iteration, "no share of Newton's step is usable")
+            return FailedStep(iteration, "no share of Newton's step is usable")
         trial = next_trial
-    return StepResult(None, most_iterations, f"no convergence in {most_iterations} iterations")
+    return FailedStep(most_iterations, f"no convergence in {most_iterations} iterations")

@@ -26,7 +26,8 @@ class OutOfPlane:
     Parameters
     ----------
     stiffness : float [N]
-        Axial force for each unit of out-of-plane strain, beside the tissue's own: generalized plane strain. Infinite: plane strain.
+        Axial force for each unit of out-of-plane strain, beside the tissue's own: generalized plane strain. Infinite:
+        plane strain.
     effective_length : float [mm]
         By which forces of the section are multiplied.
 
@@ -103,7 +104,7 @@ class Finger:
     def __post_init__(self) -> None:
         for name, kind in (("section", Section), ("tissue", Tissue), ("plate", Plate), ("out_of_plane", OutOfPlane)):
             if not isinstance(getattr(self, name), kind):
-                raise ValueError(f"{name} is {shown(getattr(self, name))}: build one with rom.collagen's {kind.__name__}")
+                raise ValueError(f"{name} is {shown(getattr(self, name))}: build one with the class {kind.__name__}")
 
     # ---- geometry -------------------------------------------------------------------------------------------
 
@@ -175,7 +176,7 @@ class Finger:
 
     @cached_property
     def _pattern(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """CSR pattern of the free unknowns, and where element and contact entries go; the last place collects the rest."""
+        """CSR pattern of the free unknowns; where element and contact entries go, the last place for the rest."""
         skin = self.mesh.skin_nodes
         x, y, plate = 2 * skin, 2 * skin + 1, np.full(len(skin), self.plate_row)
         every = np.arange(self.n_unknowns)
@@ -229,9 +230,11 @@ class Finger:
         """
         room, skin = self._room, self.mesh.skin_nodes
         corner = trial.displacement[self.mesh.quads].reshape(-1, 8)
-        usable = element_response(*self._elements, self.fibres, corner, trial.stretch_z, trial.pressure, self.tissue.c,
-                                  self.tissue.k1, self.tissue.k2, room["tangent"], room["force"], room["dilatation_force"],
-                                  room["dilatation"], room["energy"], room["largest_fibre"])
+        tissue = self.tissue
+        usable = element_response(
+            *self._elements, self.fibres, corner, trial.stretch_z, trial.pressure, tissue.c, tissue.k1, tissue.k2,
+            room["tangent"], room["force"], room["dilatation_force"], room["dilatation"], room["energy"],
+            room["largest_fibre"])
         position = self.mesh.nodes[skin] + trial.displacement[skin]
         contact = contact_response(self.plate, history, position[:, 1] - trial.plate_y,
                                    trial.displacement[skin, 0] - trial.plate_x, predict)

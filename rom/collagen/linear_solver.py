@@ -1,7 +1,7 @@
 """Sparse LU of unsymmetric matrices that share one pattern: friction makes the tangent unsymmetric.
 
-oneMKL PARDISO with minimum-degree ordering, its symbolic phase kept while the pattern stays (three to four times faster on
-these matrices than its own default with nested dissection and matching); SuperLU where oneMKL does not exist.
+oneMKL PARDISO with minimum-degree ordering, its symbolic phase kept while the pattern stays (three to four times faster
+on these matrices than its own default with nested dissection and matching); SuperLU where oneMKL does not exist.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ class PatternedLU:
         if self._library is not None:
             self._handle = np.zeros(64, dtype=np.int64)
             self._iparm = np.zeros(64, dtype=np.int32)
-            self._iparm[[0, 1, 7, 9, 34]] = 1, 0, 2, 13, 1  # own values; minimum degree; refine twice; pivots; zero-based
+            # own values; minimum degree; refine twice; perturbed pivots; zero-based
+            self._iparm[[0, 1, 7, 9, 34]] = 1, 0, 2, 13, 1
             self._release = weakref.finalize(self, _call, self._library, self._handle, self._iparm, -1, self.n,
                                              np.zeros(1), self.indptr, self.indices, np.zeros(1), np.zeros(1))
 
@@ -66,8 +67,9 @@ class PatternedLU:
                 raise SolverError("the tangent of the section is singular") from error
         answer = np.empty(self.n)
         right = np.ascontiguousarray(right, dtype=np.float64)
-        code = _call(self._library, self._handle, self._iparm, 23 if self._analysed else 13, self.n, values, self.indptr,
-                     self.indices, right, answer)
+        phase = 23 if self._analysed else 13
+        code = _call(self._library, self._handle, self._iparm, phase, self.n, values, self.indptr, self.indices, right,
+                     answer)
         self._analysed = True
         if code:
             raise SolverError(f"the tangent of the section cannot be factorised (oneMKL PARDISO code {code})")
@@ -82,6 +84,7 @@ def _call(library, handle, iparm, phase, n, values, indptr, indices, right, answ
         return a.ctypes.data_as(ctypes.c_void_p)
 
     code = ctypes.c_int(0)
-    library.pardiso(array(handle), whole(1), whole(1), whole(UNSYMMETRIC), whole(phase), whole(n), array(values), array(indptr),
-                    array(indices), None, whole(1), array(iparm), whole(0), array(right), array(answer), ctypes.byref(code))
+    library.pardiso(array(handle), whole(1), whole(1), whole(UNSYMMETRIC), whole(phase), whole(n), array(values),
+                    array(indptr), array(indices), None, whole(1), array(iparm), whole(0), array(right), array(answer),
+                    ctypes.byref(code))
     return code.value

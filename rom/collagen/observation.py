@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from rom.collagen.equilibrium import StepResult
+from rom.collagen.equilibrium import ConvergedStep
 from rom.collagen.finger import Finger, State, tributary
 
 
@@ -58,22 +58,36 @@ class Observation:
 
 @dataclass
 class Balance:
-    """Work and dissipation since the start of a path, by the trapezoidal rule over its steps, for each mm of length."""
+    """Work and dissipation since the start of a path, for each mm of length.
+
+    Work is the integral of the parabola through the forces at the last three equilibria, as forces grow faster than
+    linearly; the trapezoidal rule where there are no three, or where the plate has just begun to slide.
+    """
 
     work: float = 0.0
     dissipated: float = 0.0
+    passed: list[tuple[float, float, float, float]] = field(default_factory=list)
+    """Height, position [mm] and forces [N/mm] of the plate at the last equilibria."""
 
-    def add(self, finger: Finger, before: State, forces: tuple[float, float], step: StepResult, viscosity: float) -> None:
-        """Account for the step from ``before``, where the plate's forces [N/mm] were ``forces``."""
+    def add(self, finger: Finger, before: State, step: ConvergedStep, viscosity: float) -> None:
+        """Account for the step from ``before``."""
         after, contact = step.state, step.residual.contact
         normal, tangential = plate_forces(finger, contact.pressure, contact.shear)
-        self.work += 0.5 * (forces[0] + normal) * (after.plate_y - before.plate_y)
-        self.work += 0.5 * (forces[1] + tangential) * (after.plate_x - before.plate_x)
+        if not self.passed:
+            self.passed.append((before.plate_y, before.plate_x, 0.0, 0.0))
+        if before.plate_x == self.passed[0][1] < after.plate_x:  # a corner of the path
+            self.passed = self.passed[-1:]
+        self.passed = [*self.passed[-2:], (after.plate_y, after.plate_x, normal, tangential)]
+        y, x, f_y, f_x = np.transpose(self.passed)
+        self.work += last_piece(y, f_y) + last_piece(x, f_x)
         history, plate = before.contact, finger.plate
         moved = np.where(contact.closed & ~history.closed, contact.gap / np.where(
             contact.gap < history.gap, contact.gap - history.gap, 1.0), 1.0) * (contact.relative - history.relative)
-        slip = np.where(contact.closed, moved - (contact.shear - history.shear) / plate.tangential_stiffness, 0.0)
-        self.dissipated += float(finger.skin_length @ (0.5 * (history.shear + contact.shear) * slip))
+        slip = np.where(contact.slipping, moved - (contact.shear - history.shear) / plate.tangential_stiffness, 0.0)
+        # what resisted when the slip began: as now where the node stuck until then
+        first = np.where(history.slipping | ~history.closed, np.abs(history.shear), np.abs(contact.shear))
+        resistance = 0.5 * (first + np.abs(contact.shear)) * np.sign(contact.shear)
+        self.dissipated += float(finger.skin_length @ (resistance * slip))
         # a node that leaves the plate loses what its elastic slip had stored
         gone = history.closed & ~contact.closed
         self.dissipated += float(finger.skin_length[gone] @ history.shear[gone] ** 2) / (2 * plate.tangential_stiffness)
@@ -83,12 +97,28 @@ class Balance:
             self.dissipated += viscosity / slid * float(finger.skin_length @ (motion**2).sum(axis=1))
 
 
+def last_piece(x: np.ndarray, y: np.ndarray) -> float:
+    """Integral over the last interval of two points (their line) or three (their parabola).
+
+    Parameters
+    ----------
+    x, y : (2,) or (3,) ndarray
+        Where ``x`` does not go on in one direction, the line is taken.
+    """
+    h = float(x[-1] - x[-2])
+    line = 0.5 * h * float(y[-1] + y[-2])
+    if len(x) < 3 or not (x[-2] - x[-3]) * h > 0:
+        return line
+    slopes = (y[-1] - y[-2]) / h, (y[-2] - y[-3]) / (x[-2] - x[-3])
+    return line - h**3 / 6 * float((slopes[0] - slopes[1]) / (x[-1] - x[-3]))
+
+
 def plate_forces(finger: Finger, pressure: np.ndarray, shear: np.ndarray) -> tuple[float, float]:
     """Normal force on the plate and the force that moves it along [N/mm], from tractions over undeformed skin [MPa]."""
     return float(finger.skin_length @ pressure), -float(finger.skin_length @ shear)
 
 
-def stored_energy(finger: Finger, step: StepResult) -> float:
+def stored_energy(finger: Finger, step: ConvergedStep) -> float:
     """Of tissue, out-of-plane spring and penalties [N]: N mm for each mm of length."""
     state, found = step.state, step.residual
     contact, plate = found.contact, finger.plate
@@ -102,9 +132,9 @@ def stored_energy(finger: Finger, step: StepResult) -> float:
 def contact_edges(x: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
     """Where the contact ends, inside the elements.
 
-    Near its ends the pressure of a smooth contact falls like the square root of the distance (Hertz), so its square falls
-    linearly: the edge is where the line through the squares at the last two nodes meets zero, but not beyond the first
-    node without pressure.
+    Near its ends the pressure of a smooth contact falls like the square root of the distance (Hertz), so its square
+    falls linearly: the edge is where the line through the squares at the last two nodes meets zero, but not beyond the
+    first node without pressure.
 
     Parameters
     ----------
@@ -133,19 +163,32 @@ def contact_edges(x: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
     return edge(int(touching[0]), 1), edge(int(touching[-1]), -1)
 
 
-def observe(finger: Finger, step: StepResult, balance: Balance, viscosity: float, iterations: int, steps: int
+def along_plate(pressure: np.ndarray) -> np.ndarray:
+    """(n_skin // 2,) ndarray of int: the half of the skin nodes that faces the plate, from its left to its right.
+
+    Parameters
+    ----------
+    pressure : (n_skin,) ndarray
+        Where it is largest is the middle: a finger that rolls brings other skin to the plate.
+    """
+    n = len(pressure)
+    middle = int(np.argmax(pressure)) if pressure.any() else 0
+    return (np.arange(-(n // 4), n // 4 + 1) + middle) % n
+
+
+def observe(finger: Finger, step: ConvergedStep, balance: Balance, viscosity: float, iterations: int, steps: int
             ) -> Observation:
     """Everything that is reported of a converged step."""
     state, contact = step.state, step.residual.contact
     skin = finger.mesh.skin_nodes
     position = finger.mesh.nodes[skin] + state.displacement[skin]
     stretched = finger.skin_length / tributary(position)
-    # along the plate, without the finger's upper side, whose nodes stand over the same positions
-    order = np.roll(np.arange(len(skin)), len(skin) // 2)[len(skin) // 4: -(len(skin) // 4)]
+    order = along_plate(contact.pressure)
     normal, tangential = plate_forces(finger, contact.pressure, contact.shear)
     length = finger.out_of_plane.effective_length
     return Observation(
         state, normal * length, tangential * length, state.plate_y - finger.lowest, state.plate_x,
-        contact_edges(position[order, 0], contact.pressure[order]), contact.pressure * stretched, -contact.shear * stretched,
-        step.residual.largest_fibre, int(contact.slipping.sum()), int(contact.closed.sum()),
-        stored_energy(finger, step) * length, balance.work * length, balance.dissipated * length, viscosity, iterations, steps)
+        contact_edges(position[order, 0], contact.pressure[order]), contact.pressure * stretched,
+        -contact.shear * stretched, step.residual.largest_fibre, int(contact.slipping.sum()), int(contact.closed.sum()),
+        stored_energy(finger, step) * length, balance.work * length, balance.dissipated * length, viscosity, iterations,
+        steps)

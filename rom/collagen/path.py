@@ -1,18 +1,17 @@
 """A load path: the plate is pressed on, then moved along under constant normal force; steps adapt, positions are met.
 
-Where no step converges however small, a viscous resistance of the skin carries the path over: quasi-static equilibria end
-there (a snap), and the motion goes on in time. It is raised only then, and every observation says how much there is.
+Where no step converges however small, a viscous resistance of the skin carries the path over: quasi-static equilibria
+end there (a snap), and the motion goes on in time. It is raised only then, and every observation says how much there
+is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from dataclasses import replace as replaced
+from itertools import pairwise
 
-import numpy as np
-
-from rom.collagen.equilibrium import StepResult, solve_step
+from rom.collagen.equilibrium import ConvergedStep, FailedStep, StepResult, solve_step
 from rom.collagen.finger import Finger, State
 from rom.collagen.observation import Balance, Observation, observe, plate_forces
 from rom.collagen.tissue import FIBRE_CAP
@@ -51,8 +50,9 @@ class LoadPath:
                 raise ValueError(f"{name}={shown(values)} is no list of positions: give ascending numbers of {unit}")
             values = tuple(float(v) for v in values)
             object.__setattr__(self, name, values)
-            if any(not 0 < v < 1e3 for v in values) or any(b <= a for a, b in zip(values, values[1:], strict=False)):
-                raise ValueError(f"{name}={shown(values)} is no path: give ascending positions above 0 and below 1000 {unit}")
+            if any(not 0 < v < 1e3 for v in values) or any(b <= a for a, b in pairwise(values)):
+                raise ValueError(f"{name}={shown(values)} is no path: give ascending positions above 0 and below 1000 "
+                                 f"{unit}")
         if not self.normal_force:
             raise ValueError("the path has no normal force: give at least one position in N")
 
@@ -118,26 +118,33 @@ class _Walk:
         self.finger, self.viscosities, self.on_step = finger, viscosities, on_step
         self.state: State = finger.at_rest()
         self.balance = Balance()
-        self.forces = (0.0, 0.0)
         self.level = self.iterations = self.steps = 0
         self.last: Observation | None = None
+        self.normal = 0.0
+        """Force on the plate [N/mm]."""
 
     def targets(self, path: LoadPath) -> Iterator[Observation]:
         """Reach each position in turn."""
         length = self.finger.out_of_plane.effective_length
         full = path.normal_force[-1] / length
         self._touch(path.normal_force[0] / length)
-        limits = StepLimits(0.1 * full, 0.25 * full, 1e-5 * full)
-        reached, step = self.forces[0], limits.first
+        limits = StepLimits(0.05 * full, 0.25 * full, 1e-5 * full)
+        reached, step = self.normal, limits.first
         for force in path.normal_force:
-            reached, step = self._ramp(reached, force / length, step, limits, lambda f: {"normal_force": f}, "N/mm of force")
-            yield self.last
+            reached, step = self._ramp(reached, force / length, step, limits, lambda f: {"normal_force": f},
+                                       lambda f: f"{f * length:.4g} N of normal force")
+            yield self._reached()
         limits = StepLimits(0.05, 0.2, 1e-4)
         reached, step = 0.0, limits.first
         for x in path.travel:
             reached, step = self._ramp(reached, x, step, limits, lambda x: {"normal_force": full, "plate_x": x},
-                                       "mm of travel")
-            yield self.last
+                                       lambda x: f"{x:.4g} mm of travel", viscous=True)
+            yield self._reached()
+
+    def _reached(self) -> Observation:
+        if self.last is None:
+            raise _Stuck("the path has not begun")
+        return self.last
 
     def _touch(self, force: float) -> None:
         """Close the contact by moving the plate, so gently that the first force is not passed."""
@@ -145,38 +152,38 @@ class _Walk:
         for _ in range(40):
             step = solve_step(self.finger, rest, plate_y=self.finger.lowest + approach)
             self.iterations += step.iterations
-            if step.state is not None:
+            if isinstance(step, ConvergedStep):
                 contact = step.residual.contact
                 if 0 < plate_forces(self.finger, contact.pressure, contact.shear)[0] < force:
                     self._accept(step, 0.0)
                     return
             approach *= 0.5
-        raise _Stuck(f"the plate cannot touch the finger gently: {step.reason or 'its first force is too small'}; give a "
-                     "larger first force, or softer penalties")
+        reason = step.reason if isinstance(step, FailedStep) else "the first force is too small"
+        raise _Stuck(f"the plate cannot touch the finger gently: {reason}; give a larger first force, or softer "
+                     "penalties")
 
     def _ramp(self, reached: float, target: float, step: float, limits: StepLimits, control: Callable[[float], dict],
-              unit: str) -> tuple[float, float]:
+              say: Callable[[float], str], viscous: bool = False) -> tuple[float, float]:
         """From ``reached`` to ``target``; the next step's size comes back too."""
         while target - reached > 1e-12:
             size = min(step, target - reached)
             if target - reached - size < 0.2 * size:  # no sliver for the last step
                 size = target - reached
             viscosity = self.viscosities[self.level]
-            found = solve_step(self.finger, self.state, viscosity=viscosity, **control(reached + size))
+            found: StepResult = solve_step(self.finger, self.state, viscosity=viscosity, **control(reached + size))
             self.iterations += found.iterations
-            if found.state is not None and found.residual.largest_fibre > FIBRE_CAP:
-                found = replaced(found, state=None, reason=f"a fibre is stretched to lambda^2 - 1 = "
-                                 f"{found.residual.largest_fibre:.2f}, beyond the cap of {FIBRE_CAP:g}")
-            if found.state is None:
+            if isinstance(found, ConvergedStep) and found.residual.largest_fibre > FIBRE_CAP:
+                found = FailedStep(found.iterations, "a fibre is stretched to lambda^2 - 1 = "
+                                   f"{found.residual.largest_fibre:.2f}, beyond the cap of {FIBRE_CAP:g},")
+            if isinstance(found, FailedStep):
                 step = 0.5 * size
                 if step < limits.least:
-                    sliding = self.state.plate_x > 0 or "travel" in unit
-                    if self.level + 1 < len(self.viscosities) and sliding:
+                    if viscous and self.level + 1 < len(self.viscosities):
                         self.level += 1
                         step = limits.first
                         continue
-                    raise _Stuck(f"the path ends at {reached:.4g} {unit}, where {found.reason} however small the step; "
-                                 "the last converged step is kept: give a stiffer tissue, less friction or less load")
+                    raise _Stuck(f"the path ends at {say(reached)}, where {found.reason} however small the step; the "
+                                 "last converged step is kept: give a stiffer tissue, less friction or less load")
                 continue
             reached += size
             self._accept(found, viscosity)
@@ -184,10 +191,9 @@ class _Walk:
                 step = min(1.5 * max(step, size), limits.largest)
         return target, step
 
-    def _accept(self, found: StepResult, viscosity: float) -> None:
-        self.balance.add(self.finger, self.state, self.forces, found, viscosity)
-        contact = found.residual.contact
-        self.forces = plate_forces(self.finger, contact.pressure, contact.shear)
+    def _accept(self, found: ConvergedStep, viscosity: float) -> None:
+        self.balance.add(self.finger, self.state, found, viscosity)
+        self.normal = plate_forces(self.finger, found.residual.contact.pressure, found.residual.contact.shear)[0]
         self.state = found.state
         self.steps += 1
         self.last = observe(self.finger, found, self.balance, viscosity, self.iterations, self.steps)

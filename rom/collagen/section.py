@@ -14,7 +14,7 @@ import numpy as np
 from rom.fingertip.shape import shown
 
 FINE_SECTOR, FINE_BLEND, FINE_RATIO = 75.0, 6.0, 3.0
-"""Rays stand FINE_RATIO times as dense within FINE_SECTOR degrees of the pad's middle; the change takes FINE_BLEND degrees."""
+"""Rays stand FINE_RATIO times as dense within FINE_SECTOR degrees of the pad's middle; the change takes FINE_BLEND."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Section:
         level = (bone[:, 0] / (self.width / 2)) ** 2 + (bone[:, 1] / (self.height / 2)) ** 2
         if level.max() >= 0.98:
             raise ValueError(
-                f"a bone of {self.bone_width:g} x {self.bone_height:g} mm, {self.bone_offset:g} mm off the middle, reaches "
-                f"out of a skin of {self.width:g} x {self.height:g} mm: make it smaller or move it inwards")
+                f"a bone of {self.bone_width:g} x {self.bone_height:g} mm, {self.bone_offset:g} mm off the middle, "
+                f"reaches out of a skin of {self.width:g} x {self.height:g} mm: make it smaller or move it inwards")
 
     def bone_outline(self, angle: np.ndarray) -> np.ndarray:
         """(n, 2) ndarray [mm]: points of the bone's surface at parameter angles [rad]."""
@@ -139,7 +139,8 @@ def mesh_section(section: Section, rays: int = 120, layers: int = 12) -> Section
     """
     for name, value, least in (("rays", rays, 16), ("layers", layers, 2)):
         if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= 4000:
-            raise ValueError(f"{name}={shown(value)} is no number of elements: give a whole number from {least} to 4000")
+            raise ValueError(f"{name}={shown(value)} is no number of elements: give a whole number from {least} to "
+                             "4000")
     angle = np.linspace(-np.pi / 2, 1.5 * np.pi, 20001)
     bone, normal = section.bone_outline(angle), section.bone_normals(angle)
     skin = section.skin_along(bone, normal)

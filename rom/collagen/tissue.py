@@ -17,7 +17,7 @@ VARIANTS = ("radial", "circumferential", "random")
 PUBLISHED_K1 = {"radial": 0.150, "circumferential": 0.003, "random": 0.003}
 """Fibre stiffness of each variant [MPa]."""
 FIBRE_CAP = 0.9
-"""lambda^2 - 1 up to which the exponential is followed; trial states beyond continue quadratically, answers may not lie there."""
+"""lambda^2 - 1 up to which the exponential is followed; trial states continue quadratically, answers end there."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,8 @@ class Tissue:
                                         ("bulk_ratio", 1.0, 1e8, "")):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not least < value <= most:
-                raise ValueError(f"{name}={shown(value)} is out of range: give more than {least:g} and at most {most:g}{unit}")
+                raise ValueError(f"{name}={shown(value)} is out of range: give more than {least:g} and at most "
+                                 f"{most:g}{unit}")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:
             raise ValueError(f"seed={shown(self.seed)} is no seed: give a whole number from 0 up")
 
@@ -76,7 +77,8 @@ def fibre_directions(tissue: Tissue, section: Section, mesh: SectionMesh) -> np.
     points = mesh.gauss_points()
     n_quad = len(points)
     if tissue.variant == "random":
-        angle = np.random.default_rng(tissue.seed).uniform(0, np.pi, (n_quad, 4, 1)) + 2 * np.pi / 3 * np.array([0, 1, -1])
+        first = np.random.default_rng(tissue.seed).uniform(0, np.pi, (n_quad, 4, 1))
+        angle = first + 2 * np.pi / 3 * np.array([0, 1, -1])
         return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     radial = section.radial_directions(points.reshape(-1, 2)).reshape(n_quad, 4, 1, 2)
     if tissue.variant == "radial":
