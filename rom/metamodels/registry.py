@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,7 @@ from typing import Any
 from rom.datasets.storage import open_netcdf
 from rom.errors import SchemaError
 from rom.fingertip.shape import shown
-from rom.metamodels.metamodel import Metamodel
-from rom.scenes import Scene
+from rom.scenes import CONTACT_SCENES, FingerOnGlass, Scene
 
 METHODS: dict[str, tuple[str, str]] = {
     "direct": ("direct", "Direct"),
@@ -26,27 +26,52 @@ METHODS: dict[str, tuple[str, str]] = {
     "mlp": ("networks.mlp", "Mlp"),
     "mlp-residual": ("networks.mlp", "MlpResidual"),
 }
+"""Of the linear scenes."""
+
+CONTACT_METHODS: dict[str, tuple[str, str]] = {
+    "direct": ("direct", "ContactDirect"),
+    "coarse-fem": ("coarse_fem", "ContactCoarseFem"),
+    "interpolation": ("interpolation", "ContactInterpolation"),
+    "pod-galerkin": ("galerkin", "ContactGalerkin"),
+    "pod-regression": ("regression", "ContactRegression"),
+    "mlp": ("mlp", "ContactMlp"),
+}
+"""Of the scenes whose cases are load paths; the same name is the same idea."""
 
 
-def metamodel_class(name: str) -> type[Metamodel]:
-    """The class called ``name``.
+def metamodel_class(name: str, scene_name: str | None = None) -> Any:
+    """The class called ``name``; with ``scene_name`` that which serves this scene, if any does.
 
     Raises
     ------
     ValueError
-        For an unknown method.
+        For an unknown method, or one that a contact scene has no use for.
     """
-    if not isinstance(name, str) or name not in METHODS:
-        raise ValueError(f"{shown(name)} is no method: choose from {', '.join(METHODS)}")
-    module, kind = METHODS[name]
-    return getattr(import_module(f"rom.metamodels.{module}"), kind)
+    known = METHODS | CONTACT_METHODS
+    if not isinstance(name, str) or name not in known:
+        raise ValueError(f"{shown(name)} is no method: choose from {', '.join(known)}")
+    if scene_name in CONTACT_SCENES:
+        if name not in CONTACT_METHODS:
+            raise ValueError(f"{name} does not apply to {scene_name}: choose from {', '.join(CONTACT_METHODS)}")
+        return _class("contact.", *CONTACT_METHODS[name])
+    return _class("", *METHODS[name]) if name in METHODS else _class("contact.", *CONTACT_METHODS[name])
 
 
-def create(name: str, scene: Scene, **settings: Any) -> Metamodel:
-    """A metamodel of ``scene``, not yet fitted; ValueError for an unknown method, setting or scene."""
-    kind = metamodel_class(name)
-    if not isinstance(scene, Scene):
+def _class(folder: str, module: str, kind: str) -> Any:
+    return getattr(import_module(f"rom.metamodels.{folder}{module}"), kind)
+
+
+def create(name: str, scene: Scene | FingerOnGlass, **settings: Any) -> Any:
+    """A metamodel of ``scene``, not yet fitted; ValueError for an unknown method, setting or scene.
+
+    Returns
+    -------
+    Metamodel or ContactMetamodel
+    """
+    if not isinstance(scene, Scene | FingerOnGlass):
+        metamodel_class(name)
         raise ValueError(f"the scene is {shown(scene)}: make one with rom.scenes.get_scene")
+    kind = metamodel_class(name, scene.name)
     try:
         return kind(scene, **settings)
     except (TypeError, OverflowError) as error:
@@ -55,12 +80,18 @@ def create(name: str, scene: Scene, **settings: Any) -> Metamodel:
 
 
 def applicable(scene_name: str) -> list[str]:
-    """Names of the methods that answer a scene; imports every method's module but no torch."""
+    """Names of the methods that answer a scene; imports the linear methods' modules but no torch."""
+    if scene_name in CONTACT_SCENES:
+        return list(CONTACT_METHODS)
     return [name for name in METHODS if scene_name in metamodel_class(name).scenes]
 
 
-def load(path: str | Path, scene: Scene | None = None) -> Metamodel:
+def load(path: str | Path, scene: Scene | FingerOnGlass | None = None) -> Any:
     """Read any fitted metamodel back, whatever its method.
+
+    Returns
+    -------
+    Metamodel or ContactMetamodel
 
     Raises
     ------
@@ -75,6 +106,14 @@ def load(path: str | Path, scene: Scene | None = None) -> Metamodel:
         with open_netcdf(path) as data:
             attributes = dict(data.attrs)
     name = attributes.get("method")
-    if name not in METHODS:
+    if name not in METHODS | CONTACT_METHODS:
         raise SchemaError(f"{path} is no metamodel of this toolkit: it names the method {name!r}")
-    return metamodel_class(name).load(path, scene)
+    return metamodel_class(name, _scene_name(attributes)).load(path, scene)
+
+
+def _scene_name(attributes: dict[str, Any]) -> str | None:
+    """Name of the scene that a file's metamodel was fitted to, if it says so."""
+    try:
+        return json.loads(attributes["scene_parameters"])["scene"]
+    except (KeyError, TypeError, json.JSONDecodeError):
+        return None

@@ -52,7 +52,7 @@ def get_scene(name: str, fingertip: Fingertip | None = None, outputs: str = "fie
         raise ValueError(f"{name} does not take the option {unknown[0]}: leave it out")
     if name in CONTACT_SCENES:
         if fingertip is not None:
-            raise ValueError(f"{name} has a section of its own and takes no 3D fingertip: give section=..., or leave it out")
+            raise ValueError(f"{name} has a section of its own and takes no 3D fingertip: give section=..., or nothing")
         return kind(outputs=outputs, **options)
     return kind(Fingertip.preset("metamodel") if fingertip is None else fingertip, outputs, **options)
 

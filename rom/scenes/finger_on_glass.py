@@ -1,8 +1,8 @@
 """The nonlinear scene: a finger with collagen fibres is pressed on a glass plate, then the plate slides.
 
-A case is a whole load path. Its inputs say of what the finger is made and how hard it is pressed; the positions along it
-are the scene's own and the same for every path, so that the answers of all paths stand in one array. The finger
-is no linear system: this scene shares the words of the linear ones, not their class.
+A case is a whole load path. Its inputs say of what the finger is made and how hard it is pressed; the positions along
+it are the scene's own and the same for every path, so that the answers of all paths stand in one array. The finger is
+no linear system: this scene shares the words of the linear ones, not their class.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ class FingerOnGlass:
 
     name: ClassVar[str] = "finger-on-glass"
     title: ClassVar[str] = "A finger pressed on glass and sliding"
-    question: ClassVar[str] = ("How does a finger with collagen fibres deform, stick and slip when it is pressed on a flat plate "
-                               "that then slides?")
+    question: ClassVar[str] = ("How does a finger with collagen fibres deform, stick and slip when it is pressed on a "
+                               "flat plate that then slides?")
     gate: ClassVar[float] = 0.05
     harmonic: ClassVar[bool] = False
     inputs: ClassVar[dict[str, str]] = {
@@ -149,7 +149,8 @@ class FingerOnGlass:
         from rom.collagen.finger import Finger, OutOfPlane
         from rom.collagen.tissue import Tissue
 
-        tissue = Tissue(VARIANTS[paths.variant[i]], float(paths.c[i]) / PASCAL, float(paths.k1[i]) / PASCAL, seed=self.seed)
+        c, k1 = float(paths.c[i]) / PASCAL, float(paths.k1[i]) / PASCAL
+        tissue = Tissue(VARIANTS[paths.variant[i]], c, k1, seed=self.seed)
         return Finger(self.section, tissue, Plate(float(paths.friction[i])),
                       OutOfPlane(self.out_of_plane_stiffness, self.effective_length), self.rays, self.layers)
 
@@ -175,7 +176,8 @@ class FingerOnGlass:
     def position_coordinates(self) -> dict[str, tuple]:
         """What stands for each position along a path."""
         return {
-            "position": ("position", np.arange(self.n_positions), {"long_name": "position along the path", "units": "1"}),
+            "position": ("position", np.arange(self.n_positions), {
+                "long_name": "position along the path", "units": "1"}),
             "force_share": ("position", self.force_share, {"long_name": "share of the normal force", "units": "1"}),
             "travel": ("position", self.travel, {"long_name": "travel of the plate", "units": "m"})}
 

@@ -67,7 +67,7 @@ def read_paths(cases: xr.Dataset, scene: str) -> PathArrays:
     Parameters
     ----------
     cases : xr.Dataset
-        ``variant`` (names or positions in VARIANTS), ``c``, ``k1``, ``friction``, ``normal_force``, each along ``path``.
+        ``variant`` (names or positions in VARIANTS), ``c``, ``k1``, ``friction``, ``normal_force``, each (path,).
     scene : str
         Its name, for messages.
 
@@ -94,8 +94,8 @@ def _variant(values: np.ndarray) -> np.ndarray:
     if values.dtype.kind in "iu":
         if ((values < 0) | (values >= len(VARIANTS))).any():
             bad = values[(values < 0) | (values >= len(VARIANTS))][0]
-            raise ValueError(f"variant {bad} is no arrangement of fibres: give 0 to {len(VARIANTS) - 1}, which stand for "
-                             f"{', '.join(VARIANTS)}, or those names")
+            raise ValueError(f"variant {bad} is no arrangement of fibres: give 0 to {len(VARIANTS) - 1}, which stand "
+                             f"for {', '.join(VARIANTS)}, or those names")
         return values.astype(np.int64)
     if values.dtype.kind not in "UO" or not all(isinstance(v, str) for v in values):
         raise ValueError(f"variant is of type {values.dtype}: give names of {', '.join(VARIANTS)}, or their positions")
