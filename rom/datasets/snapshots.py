@@ -166,11 +166,11 @@ def _make(scene: Scene, arrays: CaseArrays, cases: xr.Dataset, path: Path, recip
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")
     if path.exists():
-        if _recipe_of(path) == recipe:
+        if recipe_of(path) == recipe:
             return path
         raise FileExistsError(f"{path} exists and was not made from this recipe (scene, cases, seed or software "
                               "differ): delete it or name another file")
-    _claim(folder, recipe)
+    claim(folder, recipe)
     remove_leftovers(path)
     pieces = _pieces(scene, arrays)
     for k in progress(range(len(pieces))):
@@ -180,7 +180,7 @@ def _make(scene: Scene, arrays: CaseArrays, cases: xr.Dataset, path: Path, recip
     return path
 
 
-def _recipe_of(path: Path) -> dict | None:
+def recipe_of(path: Path) -> dict | None:
     """The recipe that a dataset was made from; None where the file is none."""
     try:
         with open_netcdf(path) as data:
@@ -189,7 +189,7 @@ def _recipe_of(path: Path) -> dict | None:
         return None
 
 
-def _claim(folder: Path, recipe: dict) -> None:
+def claim(folder: Path, recipe: dict) -> None:
     """Create the folder of pieces with its recipe, or check that the one found has the same."""
     note = folder / "recipe.json"
     if note.exists():

@@ -11,18 +11,19 @@ import numpy as np
 import xarray as xr
 
 from rom.datasets.schema import SPLIT_FLAGS
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, FingerOnGlass, PathArrays, Scene
 
 SPLITS = ("published", "hard")
 HELD_OUT_FRACTION = 0.2
 
 
-def split_variables(scene: Scene, arrays: CaseArrays, n_within: int, seed: int) -> dict[str, tuple]:
+def split_variables(scene: Scene | FingerOnGlass, arrays: CaseArrays | PathArrays, n_within: int, seed: int
+                    ) -> dict[str, tuple]:
     """Variables ``split_published``, ``split_hard`` and ``hard_region``.
 
     Parameters
     ----------
-    arrays : CaseArrays
+    arrays : CaseArrays or PathArrays
         Cases within the published ranges first.
     n_within : int
         How many they are.
@@ -34,7 +35,7 @@ def split_variables(scene: Scene, arrays: CaseArrays, n_within: int, seed: int) 
     published[:n_within] = SPLIT_FLAGS["train"]
     rng = np.random.default_rng([seed, 20])
     published[rng.permutation(n_within)[:round(HELD_OUT_FRACTION * n_within)]] = SPLIT_FLAGS["test"]
-    region = scene.hard_region(arrays, seed).astype(np.int8)
+    region = scene.hard_region(arrays, seed).astype(np.int8)  # type: ignore[arg-type]  # each takes its own kind
     hard = np.where(region > 0, SPLIT_FLAGS["test"], SPLIT_FLAGS["train"]).astype(np.int8)
     flags = {"flag_values": np.array(list(SPLIT_FLAGS.values()), dtype=np.int8),
              "flag_meanings": " ".join(SPLIT_FLAGS), "units": "1"}

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
 from rom.datasets.contact_schema import wanted
-from rom.datasets.path_solutions import solve_path
+from rom.datasets.path_solutions import solve_path, warm_up
 from rom.metamodels.contact.base import Answers, ContactMetamodel
 from rom.scenes import FingerOnGlass, PathArrays
 
@@ -30,8 +29,7 @@ class ContactDirect(ContactMetamodel):
         return 8 * 81 * len(self.scene.mesh.quads) + 11 * 12 * 18 * 2 * self.scene.n_nodes
 
     def _fit(self, train: xr.Dataset | None) -> None:
-        # compiling belongs to the offline stage
-        solve_path(replace(self.scene, rays=16, layers=2), self.scene.sample(1), 0)
+        warm_up()  # compiling belongs to the offline stage
 
     def _evaluate(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> Answers:
         return self._follow(paths, positions, outputs)[0]
@@ -54,4 +52,4 @@ class ContactDirect(ContactMetamodel):
         return xr.Dataset()  # the scene in the attributes is all that it is
 
     def _restore(self, data: xr.Dataset) -> None:
-        """Nothing is stored."""
+        self._fit(None)
