@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from rom.scenes import HarmonicPatchForces, HarmonicPointForce, StaticPointForces
+from rom.scenes import FingerOnGlass, HarmonicPatchForces, HarmonicPointForce, StaticPointForces
 
 
 class Curve(NamedTuple):
@@ -50,6 +50,14 @@ CURVES: dict[str, dict[str, Curve]] = {
         "mlp": Curve(({},)),
         "mlp-residual": Curve(({},)),
     },
+    FingerOnGlass.name: {
+        "direct": Curve(({},)),
+        "coarse-fem": Curve(_each("scale", 0.5, 0.75)),
+        "interpolation": Curve(({},)),
+        "pod-galerkin": Curve(_each("rank", 10, 20, 40)),
+        "pod-regression": Curve(_each("rank", 10, 20, 40)),
+        "mlp": Curve(({},)),
+    },
 }
 
 COMPARED: tuple[str, ...] = tuple(CURVES)
@@ -68,6 +76,10 @@ QUICK_CURVES: dict[str, dict[str, Curve]] = {
         "pod-galerkin": Curve(_each("rank", 20, 60)), "pod-regression": Curve(({"rank": 40},)),
         "mlp": Curve(({"width": 64, "steps": 60},)),
         "mlp-residual": Curve(({"modes": 10, "rank": 16, "width": 64, "steps": 60},)),
+    },
+    FingerOnGlass.name: {
+        "direct": Curve(({},)), "coarse-fem": Curve(({"scale": 0.75},)), "interpolation": Curve(({},)),
+        "pod-galerkin": Curve(_each("rank", 6, 12)), "pod-regression": Curve(({"rank": 8},)), "mlp": Curve(({},)),
     },
 }
 
@@ -91,6 +103,15 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
         "transformer": "is the published network for several static forces",
         "mlp": "is the published network for one normal force at a pad node",
         "mlp-residual": "is the published network's variant for one normal force at a pad node",
+    },
+    FingerOnGlass.name: {
+        "direct-reused": "the tangent changes in every iteration: there is no factor to keep",
+        "superposition": "contact, friction and fibres that carry tension only are no linear system: nothing adds up",
+        **dict.fromkeys(("modal", "modal-static", "modal-krylov"),
+                        "natural modes belong to a linear system about one state; here contact opens and closes, the "
+                        "skin sticks and slips, and fibres stiffen a hundredfold"),
+        "transformer": "is the published network for several static forces on the linear fingertip",
+        "mlp-residual": "has no linear static correction whose rest it could learn",
     },
 }
 

@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,9 +22,9 @@ from rom.comparison.timing import threads_in_use
 from rom.datasets import SPLITS, make_dataset, read_dataset, select
 from rom.datasets.storage import whole_file, write_netcdf
 from rom.fingertip import Fingertip, MeshDensity
-from rom.metamodels import METHODS, create, metamodel_class
+from rom.metamodels import create, metamodel_class
 from rom.provenance import machine, source_digest, stamp
-from rom.scenes import CaseArrays, Scene, get_scene
+from rom.scenes import CONTACT_SCENES, CaseArrays, Scene, get_scene
 
 SEED = 2026
 """Default seed of a comparison: nothing that learns was designed or tuned on its held-out cases."""
@@ -31,6 +32,9 @@ CASES, REPEATS = 1434, 15
 """Default numbers of cases within the published ranges (6 x 239; a tenth more lie beyond) and of timed repeats."""
 QUICK_CASES, QUICK_REPEATS, QUICK_BATCH = 240, 5, 256
 QUICK_DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
+PATHS, QUICK_PATHS, LEAST_PATHS = 240, 18, 15
+"""Numbers of load paths within the ranges, a third of them of each variant; a tenth more lie beyond."""
+QUICK_SECTION: dict[str, Any] = {"rays": 40, "layers": 5}
 FLOOR_SCALE, FLOOR_CASES = 1.25, 4
 """The finer mesh, and the number of cases on it, that measure the mesh-convergence floor."""
 Progress = Callable[[Iterable, str], Iterable]
@@ -71,6 +75,10 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
         For an unknown scene or method, or one that does not apply to the scene.
     """
     curves = chosen_curves(scene_name, methods, quick)
+    if scene_name in CONTACT_SCENES:
+        if fingertip is not None:
+            raise ValueError(f"{scene_name} has a section of its own and takes no 3D fingertip: leave it out")
+        return _compare_contact(scene_name, curves, cases, quick, SEED if seed is None else seed, progress)
     if fingertip is None:
         fingertip = Fingertip.preset("metamodel")
         if quick:
@@ -105,6 +113,23 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
     return results
 
 
+def _compare_contact(scene_name: str, curves: dict[str, Curve], cases: int | None, quick: bool, seed: int,
+                     progress: Progress) -> xr.Dataset:
+    from rom.comparison.paths import compare_paths
+    from rom.datasets.contact_paths import find_paths, read_path_dataset
+
+    scene = get_scene(scene_name, **(QUICK_SECTION if quick else {}))
+    if cases is None:
+        cases = QUICK_PATHS if quick else PATHS
+    if cases < LEAST_PATHS:
+        raise ValueError(f"{cases} paths are too few to learn from and to hold out: ask for {LEAST_PATHS} or more")
+    path = find_paths(scene, cases, max(3, cases // 10), seed, progress=lambda items: progress(items, "paths"))
+    results = compare_paths(scene, curves, read_path_dataset(path), path.stem, seed=seed, progress=progress,
+                            repeats=QUICK_REPEATS if quick else REPEATS)
+    results.attrs["quick"] = int(quick)
+    return results
+
+
 def chosen_curves(scene_name: str, methods: list[str] | None, quick: bool) -> dict[str, Curve]:
     """Settings of the methods asked for; ValueError for one that is unknown or does not apply."""
     if scene_name not in COMPARED:
@@ -113,8 +138,7 @@ def chosen_curves(scene_name: str, methods: list[str] | None, quick: bool) -> di
     if methods is None:
         return curves
     for name in methods:
-        if name not in METHODS:
-            raise ValueError(f"{name!r} is no method: choose from {', '.join(METHODS)}")
+        metamodel_class(name)  # refuses what is no method
         if name not in curves:
             reason = NOT_APPLICABLE[scene_name].get(name, "it is not part of this comparison")
             raise ValueError(f"{name} does not apply to {scene_name}: {reason}")

@@ -18,17 +18,14 @@ def contact_quantities(found: Results) -> Iterator[str]:
     gate = words.error(found.gate)
     for s, split in enumerate(found.splits):
         for q, name in enumerate(str(n) for n in found.data["quantity"].values):
-            best = {}
-            for method in found.reduced:
-                entries = [i for i in found.entries(method) if np.isfinite(largest[i, s, q])]
-                if entries and method not in SOLVERS:
-                    best[method] = min(entries, key=lambda i, s=s, q=q: largest[i, s, q])
-            good = [i for i in best.values() if largest[i, s, q] <= found.gate]
+            errors = largest[:, s, q]
+            known = [i for i, method in enumerate(found.method) if method not in SOLVERS and np.isfinite(errors[i])]
+            good = [i for i in known if errors[i] <= found.gate]
             if good:
-                i = min(good, key=lambda i: found.online[i])
+                i = good[int(np.argmin(found.online[good]))]
                 yield (f"{name.capitalize()} within {gate} on the {split} split: fastest by {found.name(i)}, "
-                       f"{words.error(largest[i, s, q])} at most, {words.ratio(found.speedup[i])} faster than direct.")
-            elif best:
-                i = min(best.values(), key=lambda i, s=s, q=q: largest[i, s, q])
+                       f"{words.error(errors[i])} at most, {words.ratio(found.speedup[i])} faster than direct.")
+            elif known:
+                i = known[int(np.argmin(errors[known]))]
                 yield (f"{name.capitalize()} within {gate} on the {split} split: not reached; nearest {found.name(i)}, "
-                       f"{words.error(largest[i, s, q])} at most.")
+                       f"{words.error(errors[i])} at most.")

@@ -54,7 +54,7 @@ def worst_sections(found: Results) -> Plate | None:
     position = np.column_stack([found.data["section_x"].values, found.data["section_y"].values]) * 1e3
     quads = found.data["section_quads"].values.astype(int)
     figure = sheet(2.7 * len(rows) + 0.7, _section_title(found, rows))
-    for (row, entry), band in zip(rows, np.atleast_1d(figure.subfigures(len(rows), 1)), strict=True):
+    for (row, entry), band in zip(rows, np.ravel(np.asarray(figure.subfigures(len(rows), 1))), strict=True):
         truth, answer = (found.data[f"worst_section_{name}"].transpose("worst", "section_node", "component").values[row]
                          for name in ("truth", "answer"))
         panels = band.subplots(1, 3)
