@@ -169,10 +169,11 @@ def along_plate(pressure: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     pressure : (n_skin,) ndarray
-        Where it is largest is the middle: a finger that rolls brings other skin to the plate.
+        Its centre is the middle: a finger that rolls brings other skin to the plate.
     """
     n = len(pressure)
-    middle = int(np.argmax(pressure)) if pressure.any() else 0
+    turn = np.angle(pressure @ np.exp(2j * np.pi * np.arange(n) / n)) / (2 * np.pi)
+    middle = round(float(turn) * n)
     return (np.arange(-(n // 4), n // 4 + 1) + middle) % n
 
 

@@ -128,7 +128,8 @@ class _Walk:
         length = self.finger.out_of_plane.effective_length
         full = path.normal_force[-1] / length
         self._touch(path.normal_force[0] / length)
-        limits = StepLimits(0.05 * full, 0.25 * full, 1e-5 * full)
+        first = min(0.05 * full, 0.25 * path.normal_force[0] / length)
+        limits = StepLimits(first, 0.25 * full, 1e-5 * full)
         reached, step = self.normal, limits.first
         for force in path.normal_force:
             reached, step = self._ramp(reached, force / length, step, limits, lambda f: {"normal_force": f},
