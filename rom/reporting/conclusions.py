@@ -89,7 +89,7 @@ def gate_speed(found: Results) -> Iterator[str]:
         entries = found.passing([split])
         parts = []
         for what, ratios in (("for one full field", found.speedup), ("a case in a batch", found.batch_speedup),
-                             (f"where only the {found.partial} is wanted", found.output_speedup)):
+                             (f"for the {found.partial} alone", found.output_speedup)):
             known = [i for i in entries if np.isfinite(ratios[i])]
             if known:
                 i = max(known, key=lambda k: ratios[k])

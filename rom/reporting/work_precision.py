@@ -65,8 +65,8 @@ def work_precision_elsewhere(found: Results) -> Plate | None:
     panels[0].set_ylabel("largest relative error, held-out cases [1]")
     legend_below(figure, panels)
     return Plate("work-precision-batch-pad.png", figure,
-                 "The same diagram where many cases are wanted at once, and where of one case only the "
-                 f"{found.partial} is wanted. Errors are those of the full field on the {split} split.",
+                 "The same diagram where many cases are wanted at once, and for the "
+                 f"{found.partial} of one case alone. Errors are those of the full field on the {split} split.",
                  "Scatter of largest held-out error against time a case in a batch and for a part of the answer.")
 
 

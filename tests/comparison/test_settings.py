@@ -5,20 +5,22 @@ import pytest
 from rom.comparison.settings import COMPARED, CURVES, NOT_APPLICABLE, QUICK_CURVES, label
 from rom.comparison.side_by_side import chosen_curves, compare
 from rom.metamodels import METHODS, applicable, create
-from rom.scenes import get_scene
+from rom.metamodels.registry import CONTACT_METHODS
+from rom.scenes import CONTACT_SCENES, get_scene
 
 
 @pytest.mark.parametrize("curves", [CURVES, QUICK_CURVES], ids=["full", "quick"])
 @pytest.mark.parametrize("name", COMPARED)
 def test_every_method_that_applies_is_compared_and_the_others_say_why(curves, name):
     assert set(curves[name]) == set(applicable(name))
-    assert set(NOT_APPLICABLE[name]) == set(METHODS) - set(applicable(name))
+    known = set(METHODS) | (set(CONTACT_METHODS) if name in CONTACT_SCENES else set())
+    assert set(NOT_APPLICABLE[name]) == known - set(applicable(name))
 
 
 @pytest.mark.parametrize("curves", [CURVES, QUICK_CURVES], ids=["full", "quick"])
 @pytest.mark.parametrize("name", COMPARED)
 def test_settings_exist_and_labels_differ(curves, name, small_tip):
-    scene = get_scene(name, small_tip)
+    scene = get_scene(name, rays=24, layers=3) if name in CONTACT_SCENES else get_scene(name, small_tip)
     for method, curve in curves[name].items():
         for settings in curve.settings:
             create(method, scene, **settings)  # refuses what it does not know

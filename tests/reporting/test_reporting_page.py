@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from synthetic_contact import make_contact
 from synthetic_results import HARMONIC, make
 
 from rom.datasets.storage import read_netcdf, write_netcdf
@@ -58,19 +59,26 @@ def coarse(monkeypatch):
     monkeypatch.setattr("rom.reporting.plate.DPI", 40)
 
 
-@pytest.fixture(scope="module", params=["harmonic", "static"])
+@pytest.fixture(scope="module", params=["harmonic", "static", "contact"])
 def report(request, tmp_path_factory):
     """A report written from results that went through a file, as the command does it."""
     folder = tmp_path_factory.mktemp(request.param)
-    write_netcdf(make(request.param), folder / "results.nc")
+    write_netcdf(make_contact() if request.param == "contact" else make(request.param), folder / "results.nc")
     results = read_netcdf(folder / "results.nc")
     return results, write_report(results, folder)
 
 
 def test_every_figure_is_written_and_shown(report):
     results, path = report
-    expected = set(FIGURES) - ({"error-over-forces.png"} if "frequency" in results.variables else
-                               {"error-over-frequency.png", "effectivity.png"})
+    of_paths = {"error-along-path.png", "contact-quantities.png", "error-by-fibres.png", "worst-paths.png",
+                "worst-sections.png"}
+    linear = {"error-over-frequency.png", "error-over-forces.png", "worst-fields.png", "effectivity.png"}
+    if "position_error" in results:
+        expected = set(FIGURES) - linear
+    elif "frequency" in results.variables:
+        expected = set(FIGURES) - of_paths - {"error-over-forces.png"}
+    else:
+        expected = set(FIGURES) - of_paths - {"error-over-frequency.png", "effectivity.png"}
     shown = [image["src"] for image in Reader(path).images]
     assert set(shown) == expected
     assert len(shown) == len(expected)
