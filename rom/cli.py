@@ -14,7 +14,7 @@ import warnings
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import explain, frf, modes, stability
+from rom.commands import explain, frf, modes, path_dataset, stability
 from rom.commands.progress import bar
 from rom.errors import RomError
 
@@ -69,9 +69,10 @@ def _parser() -> argparse.ArgumentParser:
     dataset.add_argument("--beyond", type=int, default=0, help="further cases outside them (default 0)")
     dataset.add_argument("--output", type=Path, required=True, metavar="FILE")
     dataset.add_argument("--seed", type=_seed, default=0)
-    dataset.add_argument("--preset", default="metamodel", help="mesh: metamodel (default) or study")
-    dataset.add_argument("--formulation", default="b-bar", help="b-bar (default), or full as published")
+    dataset.add_argument("--preset", help="mesh of the linear scenes: metamodel (default) or study")
+    dataset.add_argument("--formulation", help="of the linear scenes: b-bar (default), or full as published")
     dataset.add_argument("--compress", action="store_true", help="smaller and slower to write")
+    path_dataset.add_options(dataset)
     dataset.set_defaults(run=_dataset)
 
     compare = commands.add_parser("compare", help="compare the metamodels of a scene and write its report")
@@ -107,15 +108,15 @@ def _common(parser: argparse.ArgumentParser) -> None:
 def _scenes(_: argparse.Namespace) -> None:
     from rom.comparison.settings import NOT_APPLICABLE
     from rom.metamodels import applicable
-    from rom.scenes import SCENES
+    from rom.scenes import CONTACT_SCENES, SCENES
 
-    for scene in SCENES.values():
+    for scene in (*SCENES.values(), *CONTACT_SCENES.values()):
         print(f"{scene.name}: {scene.title}\n  question    {scene.question}")
         print(f"  gate        {scene.gate:.0%} at the maximum over held-out cases")
         for heading, entries in (("inputs", scene.inputs), ("needs", scene.needs), ("leaves out", scene.leaves_out)):
             for i, (name, text) in enumerate(entries.items()):
                 print(f"  {heading if i == 0 else '':<11} {name}: {text}")
-        print("  outputs     full field, or the pad surface alone")
+        print(f"  outputs     full field, or the {'contact' if scene.name in CONTACT_SCENES else 'pad surface'} alone")
         print(f"  methods     {', '.join(applicable(scene.name))}")
         for i, (name, reason) in enumerate(NOT_APPLICABLE[scene.name].items()):
             print(f"  {'not' if i == 0 else '':<11} {name}: {reason}")
@@ -125,9 +126,14 @@ def _scenes(_: argparse.Namespace) -> None:
 def _dataset(arguments: argparse.Namespace) -> None:
     from rom.datasets import make_dataset
     from rom.fingertip import Fingertip
-    from rom.scenes import get_scene
+    from rom.scenes import CONTACT_SCENES, get_scene
 
-    scene = get_scene(arguments.scene, Fingertip.preset(arguments.preset, formulation=arguments.formulation))
+    if arguments.scene in CONTACT_SCENES:
+        path_dataset.run(arguments)
+        return
+    path_dataset.refuse_options(arguments)
+    tip = Fingertip.preset(arguments.preset or "metamodel", formulation=arguments.formulation or "b-bar")
+    scene = get_scene(arguments.scene, tip)
     path = make_dataset(scene, arguments.cases, arguments.output, beyond=arguments.beyond, seed=arguments.seed,
                         compress=arguments.compress, progress=lambda items: bar(items, "snapshots"))
     print(path)
