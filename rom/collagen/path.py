@@ -17,8 +17,8 @@ from rom.collagen.observation import Balance, Observation, observe, plate_forces
 from rom.collagen.tissue import FIBRE_CAP
 from rom.fingertip.shape import shown
 
-FIRST_TOUCH = 0.02
-"""Approach of the plate that closes the contact, before its force is prescribed [mm]."""
+FIRST_TOUCH, TOUCHES = 0.02, 14
+"""Approach of the plate that closes the contact, before its force is prescribed [mm]; halved so often at most."""
 VISCOSITIES = (0.0, 1e-5, 3e-5, 1e-4)
 """Viscous resistances, tried in turn [MPa]."""
 QUICK_ITERATIONS = 7
@@ -64,7 +64,7 @@ class PathAnswer:
     observations: list[Observation] = field(default_factory=list)
     """One for each position that was reached, in order."""
     last: Observation | None = None
-    """The last converged step, on a position or not."""
+    """The last converged step, on a position or not; the finger at rest where there is none."""
     complete: bool = True
     reason: str = ""
     """One sentence on where and why the path ended early."""
@@ -119,7 +119,8 @@ class _Walk:
         self.state: State = finger.at_rest()
         self.balance = Balance()
         self.level = self.iterations = self.steps = 0
-        self.last: Observation | None = None
+        found = finger.residual(self.state, self.state.contact, 0.0)
+        self.last = observe(finger, ConvergedStep(self.state, found, 0, 0.0), self.balance, 0.0, 0, 0)
         self.normal = 0.0
         """Force on the plate [N/mm]."""
 
@@ -134,23 +135,18 @@ class _Walk:
         for force in path.normal_force:
             reached, step = self._ramp(reached, force / length, step, limits, lambda f: {"normal_force": f},
                                        lambda f: f"{f * length:.4g} N of normal force")
-            yield self._reached()
+            yield self.last
         limits = StepLimits(0.05, 0.2, 1e-4)
         reached, step = 0.0, limits.first
         for x in path.travel:
             reached, step = self._ramp(reached, x, step, limits, lambda x: {"normal_force": full, "plate_x": x},
                                        lambda x: f"{x:.4g} mm of travel", viscous=True)
-            yield self._reached()
-
-    def _reached(self) -> Observation:
-        if self.last is None:
-            raise _Stuck("the path has not begun")
-        return self.last
+            yield self.last
 
     def _touch(self, force: float) -> None:
         """Close the contact by moving the plate, so gently that the first force is not passed."""
         rest, approach = self.state, FIRST_TOUCH
-        for _ in range(40):
+        for _ in range(TOUCHES):
             step = solve_step(self.finger, rest, plate_y=self.finger.lowest + approach)
             self.iterations += step.iterations
             if isinstance(step, ConvergedStep):
@@ -159,9 +155,12 @@ class _Walk:
                     self._accept(step, 0.0)
                     return
             approach *= 0.5
-        reason = step.reason if isinstance(step, FailedStep) else "the first force is too small"
-        raise _Stuck(f"the plate cannot touch the finger gently: {reason}; give a larger first force, or softer "
-                     "penalties")
+        if isinstance(step, FailedStep):
+            raise _Stuck(f"the path ends where the plate touches, with {step.reason} however small the approach; the "
+                         "finger is left at rest: give a stiffer tissue or softer penalties")
+        raise _Stuck(f"the path ends where the plate touches: its first force of "
+                     f"{force * self.finger.out_of_plane.effective_length:g} N is passed by the smallest approach; the "
+                     "finger is left at rest: give a larger first force")
 
     def _ramp(self, reached: float, target: float, step: float, limits: StepLimits, control: Callable[[float], dict],
               say: Callable[[float], str], viscous: bool = False) -> tuple[float, float]:

@@ -81,16 +81,16 @@ def test_vanishing_matrix_ends_with_the_last_step(coarse):
     answer = follow(coarse(tissue=Tissue("radial", c=1e-9)), LoadPath((0.1, 0.3, 0.5)))
     reason = ends(answer)
     assert len(answer.observations) < 3
-    if answer.last is not None:  # whatever was reached is an equilibrium on the way
-        assert f"ends at {answer.last.normal_force:.4g} N" in reason
-        assert np.isfinite(answer.last.state.displacement).all()
-        assert answer.last.normal_force < 0.5
+    assert "stiffer tissue" in reason
+    assert answer.last is not None  # whatever was reached, the finger at rest at least
+    assert np.isfinite(answer.last.state.displacement).all()
+    assert answer.last.normal_force < 0.5
 
 
-def test_friction_of_five_ends_or_holds_its_limit(coarse):
-    """A plate that hardly ever lets go: the fibres reach the cap, or the section folds, before 12 mm."""
+def test_friction_of_five_ends_with_the_last_step(coarse):
+    """A plate that hardly ever lets go: the section folds before 12 mm."""
     finger = coarse(plate=Plate(friction=5.0))
-    answer = follow(finger, LoadPath((0.2, 0.5), (1.0, 2.0, 4.0, 8.0, 12.0)))
+    answer = follow(finger, LoadPath((0.2, 0.5), (3.0, 12.0)), viscosities=(0.0,))
     reason = ends(answer)
     assert "mm of travel" in reason
     assert answer.last is not None
@@ -104,11 +104,12 @@ def test_bone_outside_the_skin_is_refused():
         Section(bone_offset=5.6)
 
 
-def test_too_stiff_a_touch_is_named(coarse):
-    answer = follow(coarse(plate=Plate(normal_stiffness=9e5)), LoadPath((1e-12,)))
-    assert "cannot touch the finger gently" in ends(answer)
+def test_too_small_a_first_force_is_named(coarse):
+    answer = follow(coarse(), LoadPath((1e-12,)))
+    assert "give a larger first force" in ends(answer)
     assert answer.observations == []
-    assert answer.last is None
+    assert answer.last is not None
+    assert (answer.last.steps, answer.last.normal_force, answer.last.touching) == (0, 0.0, 0)
 
 
 def test_viscosity_is_raised_only_where_asked(coarse):
