@@ -27,8 +27,9 @@ STYLES: dict[str, Style] = {
     "transformer": Style("#E69F00", "*"),
     "mlp": Style("#D55E00", "<"),
     "mlp-residual": Style("#AA4499", ">"),
+    "interpolation": Style("#B58900", "d"),
 }
-OTHERS = (Style("#0072B2", "d"), Style("#661100", "H"), Style("#6699CC", "8"), Style("#B58900", "."))
+OTHERS = (Style("#0072B2", "1"), Style("#661100", "H"), Style("#6699CC", "8"))
 
 
 def style(method: str) -> Style:
