@@ -161,7 +161,8 @@ def _table(found: xr.Dataset) -> str:
         share = f"{one['slipping']:.0f} of {one['touching']:.0f}"
         lines.append(f"{1e3 * one['normal_displacement']:>9.4f} {1e3 * one['tangential_displacement']:>9.3f} "
                      f"{one['normal_force']:>9.4f} {round(one['tangential_force'], 4) + 0.0:>9.4f} "
-                     f"{1e3 * one['width']:>11.3f} {1e6 * one['area']:>11.2f} {1e-3 * one['peak_pressure']:>11.2f} {share:>10}")
+                     f"{1e3 * one['width']:>11.3f} {1e6 * one['area']:>11.2f} "
+                     f"{1e-3 * one['peak_pressure']:>11.2f} {share:>10}")
     attrs, last = found.attrs, found.isel(position=-1)
     rest = abs(float(last["work"] - last["energy"] - last["dissipated"]))
     share = f"{100 * rest / float(last['work']):.2f} %" if float(last["work"]) > 0 else "none"

@@ -51,7 +51,7 @@ def test_stiffnesses_are_given_in_kilopascal(capsys, tmp_path):
 
 def test_a_path_that_ends_early_leaves_what_it_reached(capsys, tmp_path):
     path = tmp_path / "path.nc"
-    code = call(*COARSE, "--friction", 5, "--travel", 12, "--output", path, "--figure",
+    code = call("--rays", 40, "--layers", 4, "--friction", 5, "--travel", 8, "--output", path, "--figure",
                 tmp_path / "path.png")
     assert code == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
