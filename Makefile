@@ -7,7 +7,7 @@ export ROM_CACHE ?= $(CURDIR)/.cache
 
 EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py %_plates.py,$(wildcard experiments/*.py))
 
-.PHONY: report report-quick experiments experiments-quick test test-all lint clean
+.PHONY: report report-quick serve experiments experiments-quick test test-all lint clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -19,6 +19,9 @@ report: $(STAMP)
 
 report-quick: $(STAMP)
 	$(BIN)/rom report --output reports/quick --quick
+
+serve: $(STAMP)
+	$(BIN)/rom serve
 
 experiments: $(STAMP)
 	set -e; for script in $(EXPERIMENTS); do echo "== $$script"; $(BIN)/python $$script; done
