@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from rom.commands.fingertip_options import add_fingertip_options, fingertip_from
-from rom.commands.progress import bar
+from rom.commands.progress import bar, patient_bar
 
 LAST_PORT = 65535
 
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
 
             tip = replace(tip, density=QUICK_DENSITY)
         models = Models(tip, quick=arguments.quick)
-        models.prepare(bar)
+        models.prepare(patient_bar)
         if arguments.fit:
             models.fit_all(bar)
         engine = Engine(models)

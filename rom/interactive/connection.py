@@ -35,7 +35,13 @@ class Desk:
         self.worker = Worker()
         self.quick = ThreadPoolExecutor(1, thread_name_prefix="field")
         self.slow = ThreadPoolExecutor(1, thread_name_prefix="slow")
-        self._hello: bytes | None = None
+        self._matrices: asyncio.Future | None = None
+
+    async def matrices(self) -> None:
+        """Wait until the matrices that residuals need are there; the first call has them assembled."""
+        if self._matrices is None:
+            self._matrices = asyncio.ensure_future(self.run(self.slow, self.engine.assemble))
+        await asyncio.shield(self._matrices)
 
     async def run(self, pool: ThreadPoolExecutor, call: Callable[..., Any], *arguments: Any) -> Any:
         """The outcome of a call in a thread of a pool."""
@@ -75,6 +81,8 @@ class Lane:
         """Of the request that runs."""
         self.can_be_ended = False
         """Whether what runs is solved directly: then it makes way for a newer request at once."""
+        self.answered = False
+        """Whether what runs only adds to an answer that is out already."""
         self.ended_as = "superseded"
         self.waiting: dict[str, Any] | None = None
 
@@ -128,14 +136,14 @@ class Connection:
             await asyncio.sleep(0)  # it begins before it can be cancelled, and so always replies
             return
         older, lane.waiting = lane.waiting, request
-        if lane.can_be_ended:
+        if lane.can_be_ended or lane.answered:
             lane.ended_as = "superseded"
             lane.running.cancel()
         if older is not None:
             await self._post({"id": older["id"], "answer": "superseded"})
 
     def _start(self, lane: Lane, request: dict[str, Any]) -> None:
-        lane.number, lane.can_be_ended = request["id"], False
+        lane.number, lane.can_be_ended, lane.answered = request["id"], False, False
         lane.running = asyncio.create_task(self._reply(lane, request))
         lane.running.add_done_callback(lambda _: self._next(lane))
 
@@ -150,7 +158,7 @@ class Connection:
                 lane.waiting = None
                 await self._post({"id": number, "answer": "cancelled"})
                 return
-            if lane.running is not None and lane.number == number:
+            if lane.running is not None and lane.number == number and not lane.answered:
                 lane.ended_as = "cancelled"
                 lane.running.cancel()
                 return
@@ -163,7 +171,8 @@ class Connection:
         except asyncio.CancelledError:
             if self._closed:  # nobody is there to be told
                 raise
-            await self._post({"id": number, "answer": lane.ended_as})
+            if not lane.answered:
+                await self._post({"id": number, "answer": lane.ended_as})
         except (RomError, ValueError) as error:
             await self._problem(number, str(error))
         except ConnectionError:
@@ -180,13 +189,16 @@ class Connection:
 
     async def _field(self, number: int, request: dict[str, Any]) -> None:
         state = self._state(request)
-        self._lanes["field"].can_be_ended = state.method in SOLVED
+        lane = self._lanes["field"]
+        lane.can_be_ended = state.method in SOLVED
         answer = await self.desk.answer(state)
-        self._lanes["field"].can_be_ended = False
+        lane.can_be_ended = False
         header, arrays = await self.desk.run(self.desk.quick, self.engine.shown, state, answer)
         await self._post({"id": number, "answer": "field", **header}, arrays)
-        if self._lanes["field"].waiting is not None:  # the newer picture matters more than this one's residual
+        lane.answered = True  # a newer picture matters more than this one's residual
+        if lane.waiting is not None:
             return
+        await self.desk.matrices()
         residual = await self.desk.run(self.desk.quick, self.engine.residual, state, answer.values)
         await self._post({"id": number, "answer": "indicators", "residual": residual})
 

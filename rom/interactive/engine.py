@@ -117,6 +117,10 @@ class Engine:
         validity = "; ".join(dict.fromkeys(reason for reason in reasons.tolist() if reason))
         return Answer(values, seconds, bound, validity, note)
 
+    def assemble(self) -> None:
+        """Make stiffness and mass, which residuals need and answers do not."""
+        _ = self.models.harmonic.full_order
+
     def residual(self, state: State, values: np.ndarray) -> float:
         """``||Z u - f|| / ||f||`` of an answer."""
         scene = self.models.harmonic  # one pair of matrices serves both

@@ -45,14 +45,14 @@ class Source:
     scene : Scene
     method : str
     settings : dict
-    path : Path or None
-        In the cache; None for what needs no fitted model.
+    path : Path
+        In the cache, whether it is there or not.
     """
 
     scene: Scene
     method: str
     settings: dict[str, Any]
-    path: Path | None
+    path: Path
 
 
 class Models:
@@ -87,8 +87,7 @@ class Models:
             return NOT_APPLICABLE[scene.name].get(method, f"does not apply to {scene.name}")
         if is_network(method) and not _torch_is_there():
             return "needs torch, which is not installed: pip install 'fingertip-rom[networks]'"
-        source = self.sources[method, harmonic]
-        if source.path is None or not source.path.exists():
+        if not self.sources[method, harmonic].path.exists():
             return f"has not been fitted to this fingertip: {HOW_TO_FIT}"
         return ""
 
@@ -157,22 +156,24 @@ class Models:
 
     def _read(self, source: Source) -> Metamodel:
         path = source.path
-        if path is not None and path.exists():
+        if path.exists():
             try:
                 return load(path, source.scene)
             except SchemaError as error:
                 if metamodel_class(source.method).learns:
                     raise
                 log.warning("a cached model is fitted again: %s", error)
-        model = create(source.method, source.scene, **source.settings).fit()
-        if path is not None:
-            model.save(path)
+        # a scene of its own: comparisons find this model too, and bill what its fit took
+        own = get_scene(source.scene.name, source.scene.fingertip)
+        model = create(source.method, own, **source.settings).fit()
+        model.save(path)
+        model.scene = source.scene
         return model
 
     def prepare(self, progress: Progress) -> None:
-        """Fit what the modal family and superposition lack, showing progress; then read the reference."""
-        needed = [*((method, True) for method in MODAL), ("superposition", False)]
-        missing = [key for key in needed if not (path := self.sources[key].path) or not path.exists()]
+        """Fit what the cache lacks of the modal family and superposition, showing progress; then read the reference."""
+        needed = [("superposition", False), *((method, True) for method in reversed(MODAL))]  # quick ones first
+        missing = [key for key in needed if not self.sources[key].path.exists()]
         for key in progress(missing, "fitting") if missing else ():
             self._loaded[key] = self._read(self.sources[key])
         self.model(REFERENCE, True)
@@ -182,8 +183,7 @@ class Models:
         for scene in (self.static, self.harmonic):
             missing = [source for (_, harmonic), source in self.sources.items()
                        if harmonic == scene.harmonic and metamodel_class(source.method).learns
-                       and source.path is not None and not source.path.exists()
-                       and (not is_network(source.method) or _torch_is_there())]
+                       and not source.path.exists() and (not is_network(source.method) or _torch_is_there())]
             if missing:
                 truth = find_truth(scene, self._cases, beyond_count(self._cases), SEED, progress)
                 self._fit_to(truth, missing, progress)

@@ -57,6 +57,7 @@ def make_application(engine: Engine, host: str = "127.0.0.1", folder: Path = PAG
     application.router.add_get("/page/{name:.+}", site.static)
     application.router.add_get("/save/{name}", site.save)
     application.router.add_get("/socket", site.socket)
+    application.on_startup.append(site.begin)
     application.on_shutdown.append(site.close_sockets)
     application.on_cleanup.append(site.close)
     return application
@@ -193,6 +194,10 @@ class Site:
             await connection.close()
         return ws
 
+    async def begin(self, _: web.Application) -> None:
+        """Begin what takes a moment and no first picture waits for."""
+        self._beginning = asyncio.create_task(self.desk.matrices())
+
     async def close_sockets(self, _: web.Application) -> None:
         """Tell every browser that the server ends."""
         for ws in list(self.sockets):
@@ -200,6 +205,9 @@ class Site:
 
     async def close(self, _: web.Application) -> None:
         """End threads and processes."""
+        self._beginning.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await self._beginning
         self.desk.close()
 
 

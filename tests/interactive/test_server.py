@@ -250,7 +250,8 @@ def test_a_browser_that_leaves_takes_its_solve_along(talk):
 
 
 @pytest.mark.parametrize("text", [
-    '{"id": 7, "ask": "field", "state": {"frequency": NaN}}', '{"id": 7, "ask": "field", "state": {"frequency": 1e308}}',
+    '{"id": 7, "ask": "field", "state": {"frequency": NaN}}',
+    '{"id": 7, "ask": "field", "state": {"frequency": 1e308}}',
     '{"id": 7, "ask": "field", "state": {"forces": [[1000000000, 0.1]]}}', '{"id": 7, "ask": "field", "state": []}',
     '{"id": 7, "ask": "field", "state": {"forces": [[0, 1e999]]}}', '{"id": 7, "ask": "frf", "node": 1000000000}',
     '{"id": 7, "ask": "frf", "node": "0; DROP TABLE"}', '{"id": 7, "ask": "cut", "state": {}}',
@@ -329,7 +330,8 @@ def test_nothing_but_the_pages_files_is_served(talk, path):
 
 
 @pytest.mark.parametrize("query", [
-    "f=nan", "f=1e308", "forces=1000000000:0.1", "method=magic", "x=1", "cut=x:1e308", "f=1&f=2", "quantity=%3Cscript%3E"])
+    "f=nan", "f=1e308", "forces=1000000000:0.1", "method=magic", "x=1", "cut=x:1e308", "f=1&f=2",
+    "quantity=%3Cscript%3E"])
 @pytest.mark.parametrize("path", ["/", "/save/field.vtu"])
 def test_a_hostile_address_gets_one_sentence(talk, path, query):
     async def scenario(client):
