@@ -192,7 +192,12 @@ class Models:
     def _fit_to(truth: Truth, missing: list[Source], progress: Progress) -> None:
         for source in progress(missing, f"fitting {missing[0].scene.name}"):
             own = get_scene(source.scene.name, source.scene.fingertip)
-            create(source.method, own, **source.settings).fit(truth.training(SPLITS[0])).save(source.path)
+            try:
+                create(source.method, own, **source.settings).fit(truth.training(SPLITS[0])).save(source.path)
+            except SchemaError:  # a damaged truth is no reason to leave a method out
+                raise
+            except ValueError as error:  # a rank that few quick cases do not span, say
+                log.warning("%s is left out: %s", source.method, error)
 
 
 def _torch_is_there() -> bool:
