@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import threading
 from dataclasses import replace
 from typing import Any
 
@@ -52,7 +53,7 @@ def run(arguments: argparse.Namespace) -> None:
             if arguments.open:
                 import webbrowser
 
-                webbrowser.open(address)
+                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
         serve(make_application(engine, arguments.host), bound, ready)
     finally:

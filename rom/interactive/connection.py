@@ -13,7 +13,7 @@ import numpy as np
 
 from rom.errors import RomError
 from rom.interactive import wire
-from rom.interactive.engine import Answer, Engine
+from rom.interactive.engine import Answer, Engine, check_finite
 from rom.interactive.models import SOLVED
 from rom.interactive.state import State, from_json, probe_node
 from rom.interactive.worker import Job, Worker
@@ -60,10 +60,11 @@ class Desk:
         scene = self.engine.scene(state)
         job = Job(state.method, self.engine.models.settings_of(state.method, state.harmonic), scene.to_json(),
                   self.engine.cases(state, scene))
-        values, seconds = await self.worker.solve(job)
+        values, seconds, doubt = await self.worker.solve(job)
+        check_finite(values)
         if state.method == "direct":
             self.engine.direct_seconds[state.harmonic] = seconds
-        return Answer(values, seconds)
+        return Answer(values, seconds, validity=self.engine.validity(doubt))
 
     def close(self) -> None:
         """End threads and process."""

@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from rom.errors import SolverError
 from rom.fingertip import TISSUES
+from rom.fingertip.locking import locking_reason
 from rom.fingertip.mesh import MILLIMETRE
 from rom.interactive import state as states
 from rom.interactive.cut import Section, section
@@ -104,18 +106,27 @@ class Engine:
         if model.learns and model.scene.max_forces < cases.node.shape[1]:
             cases, note = _each_force(cases), SUMMED
         start = time.perf_counter()
-        values = model.evaluate(cases, "field")
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            values = model.evaluate(cases, "field")
         values = values.sum(axis=0) if note else values[0]
         if not state.harmonic and np.iscomplexobj(values):
             values = np.ascontiguousarray(values.real)
         seconds = time.perf_counter() - start
+        check_finite(values)
         bound, reasons = None, model.reasons(cases)
         if not model.learns and not note:
             found = model.quick_assessment(cases)
             reasons = found.reason if found.kind != "none" else reasons
             bound = float(found.error[0]) if found.kind == "bound" and np.isfinite(found.error[0]) else None
-        validity = "; ".join(dict.fromkeys(reason for reason in reasons.tolist() if reason))
-        return Answer(values, seconds, bound, validity, note)
+        return Answer(values, seconds, bound, self.validity(*reasons.tolist()), note)
+
+    def validity(self, *reasons: str) -> str:
+        """Reasons not to stand behind an answer as one clause, the fingertip's own among them; each once."""
+        return "; ".join(dict.fromkeys(reason for reason in (*reasons, self._locked) if reason))
+
+    @cached_property
+    def _locked(self) -> str:
+        return locking_reason(self.tip)
 
     def assemble(self) -> None:
         """Make stiffness and mass, which residuals need and answers do not."""
@@ -243,6 +254,13 @@ class Engine:
         return {"node": node, "seconds": seconds, "method": REFERENCE}, {
             "frequency": SWEEP, "receptance": np.stack([found.real, found.imag], axis=-1),
             "natural_frequencies": natural_frequencies(model, states.FREQUENCY[1])}  # type: ignore[arg-type]
+
+
+def check_finite(values: np.ndarray) -> None:
+    """Raise SolverError where an answer is not finite."""
+    if not np.isfinite(values).all():
+        raise SolverError("there is no finite answer here, at an undamped resonance: give a loss factor above zero, or "
+                          "another frequency")
 
 
 def _each_force(cases: CaseArrays) -> CaseArrays:

@@ -10,16 +10,18 @@ import asyncio
 import multiprocessing
 import signal
 import time
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rom.errors import SolverError
 from rom.fingertip import Fingertip
+from rom.fullorder import IllConditionedWarning
 from rom.scenes import CaseArrays, scene_from_json
 
 PATIENCE = 5.0
@@ -45,6 +47,14 @@ class Job:
     cases: CaseArrays
 
 
+class Solution(NamedTuple):
+    """Values (n_free,) [m], the wall time of the solve alone [s], and why they may be wrong (or nothing)."""
+
+    values: np.ndarray
+    seconds: float
+    doubt: str
+
+
 class Worker:
     """The process and the queue before it; used from one event loop."""
 
@@ -61,8 +71,8 @@ class Worker:
         """Of the running process; None where there is none."""
         return None if self._process is None else self._process.pid
 
-    async def solve(self, job: Job) -> tuple[np.ndarray, float]:
-        """Values (n_free,) [m] of a job's case and the wall time of the solve alone [s].
+    async def solve(self, job: Job) -> Solution:
+        """The solution of a job's case.
 
         Cancelling the task that awaits this ends the solve at once.
 
@@ -146,7 +156,7 @@ def _serve(pipe: Connection) -> None:
             return
 
 
-def _solve(job: Job, models: dict[tuple[str, str], Any], tips: dict[str, Fingertip]) -> tuple[np.ndarray, float]:
+def _solve(job: Job, models: dict[tuple[str, str], Any], tips: dict[str, Fingertip]) -> Solution:
     from rom.metamodels import create
     from rom.scenes import get_scene
 
@@ -156,6 +166,11 @@ def _solve(job: Job, models: dict[tuple[str, str], Any], tips: dict[str, Fingert
         # both scenes share one fingertip and its matrices
         tip = tips.setdefault(scene.fingertip.content_hash, scene.fingertip)
         models[key] = create(job.method, get_scene(scene.name, tip), **job.settings).fit()
-    start = time.perf_counter()
-    values = models[key].evaluate(job.cases, "field")[0]
-    return values, time.perf_counter() - start
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        start = time.perf_counter()
+        values = models[key].evaluate(job.cases, "field")[0]
+        seconds = time.perf_counter() - start
+    doubts = dict.fromkeys(" ".join(str(one.message).split()) for one in caught
+                           if issubclass(one.category, IllConditionedWarning))
+    return Solution(values, seconds, "; ".join(doubts))

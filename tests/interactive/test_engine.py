@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from rom.comparison.errors import relative_errors
+from rom.errors import SolverError
 from rom.fingertip import strain
-from rom.interactive.engine import SUMMED, SWEEP
+from rom.interactive.engine import SUMMED, SWEEP, Engine
+from rom.interactive.models import Models
 from rom.interactive.state import State
 from rom.metamodels import create
 from rom.metamodels.validity import ValidityWarning
@@ -206,3 +208,21 @@ def test_speed_up_is_unknown_until_direct_was_timed(engine, three):
     assert engine.speedup(state, 0.001) == pytest.approx(500)
     assert engine.speedup(State(three), 0.001) is None
     engine.direct_seconds.clear()
+
+
+def test_an_undamped_resonance_is_refused_in_one_sentence(engine, three):
+    eigenvalue = engine.models.model("modal", True).eigenvalue
+    exact = [(k, np.nextafter(np.sqrt(one) / (2 * np.pi), towards)) for k, one in enumerate(eigenvalue)
+             for towards in (0.0, np.inf)] + [(k, np.sqrt(one) / (2 * np.pi)) for k, one in enumerate(eigenvalue)]
+    hits = [f for k, f in exact if (2.0 * np.pi * f) ** 2 == eigenvalue[k] and f <= 300]
+    assert hits
+    with pytest.raises(SolverError, match="undamped resonance: give a loss factor"):
+        for frequency in hits:  # a mode that three forces do not stir stays finite
+            engine.answer(State(three, float(frequency), 0.0, "modal"))
+
+
+def test_a_locking_fingertip_is_told(models):
+    tip = replace(models.tip, formulation="full", anatomy=models.tip.anatomy.replace(
+        dermis=replace(models.tip.anatomy.dermis, poisson_ratio=0.4999)))
+    assert "lock" in Engine(Models(tip, quick=True)).validity("")
+    assert Engine(models).validity("", "one", "one") == "one"

@@ -37,10 +37,11 @@ def gone(process):
 
 
 def test_it_answers_as_direct_does(tiny_harmonic):
-    values, seconds = with_worker(lambda worker: worker.solve(job(tiny_harmonic)))
+    values, seconds, doubt = with_worker(lambda worker: worker.solve(job(tiny_harmonic)))
     expected = create("direct", tiny_harmonic).fit().evaluate(ONE, "field")[0]
     np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max())
     assert seconds > 0
+    assert doubt == ""
 
 
 @pytest.mark.parametrize("pause", [0.0, 0.01, 0.3])
@@ -60,7 +61,7 @@ def test_cancelling_kills_it_and_the_next_job_starts_another(harmonic, pause):
         assert asyncio.get_running_loop().time() - start < 2.0
         assert worker.process_id is None
         assert before is None or gone(before)
-        values, _ = await worker.solve(job(harmonic))
+        values, *_ = await worker.solve(job(harmonic))
         assert np.isfinite(values).all()
     with_worker(scenario)
 
@@ -69,7 +70,7 @@ def test_what_cannot_be_solved_is_told_in_one_sentence(tiny_harmonic):
     async def scenario(worker):
         with pytest.raises(SolverError, match="is no method"):
             await worker.solve(job(tiny_harmonic, method="magic"))
-        values, _ = await worker.solve(job(tiny_harmonic))
+        values, *_ = await worker.solve(job(tiny_harmonic))
         assert np.isfinite(values).all()
     with_worker(scenario)
 
@@ -80,6 +81,14 @@ def test_a_process_that_died_is_told_and_replaced(tiny_harmonic):
         os.kill(worker.process_id, 9)
         with pytest.raises(SolverError, match="ask again"):
             await worker.solve(job(tiny_harmonic))
-        values, _ = await worker.solve(job(tiny_harmonic))
+        values, *_ = await worker.solve(job(tiny_harmonic))
         assert np.isfinite(values).all()
     with_worker(scenario)
+
+
+def test_what_direct_doubts_is_told(harmonic):
+    frequency = create("modal", harmonic).fit().eigenvalue[:1] ** 0.5 / (2 * np.pi)
+    undamped = CaseArrays(ONE.node, ONE.force, frequency * (1 + 1e-10), np.zeros(1))
+    _, _, doubt = with_worker(lambda worker: worker.solve(job(harmonic, undamped)))
+    assert "round" in doubt
+    assert "\n" not in doubt
