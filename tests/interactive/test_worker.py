@@ -88,7 +88,7 @@ def test_a_process_that_died_is_told_and_replaced(tiny_harmonic):
 
 def test_what_direct_doubts_is_told(harmonic):
     frequency = create("modal", harmonic).fit().eigenvalue[:1] ** 0.5 / (2 * np.pi)
-    undamped = CaseArrays(ONE.node, ONE.force, frequency * (1 + 1e-10), np.zeros(1))
+    undamped = CaseArrays(ONE.node, ONE.force, frequency * (1 + 1e-8), np.zeros(1))
     _, _, doubt = with_worker(lambda worker: worker.solve(job(harmonic, undamped)))
     assert "round" in doubt
     assert "\n" not in doubt
