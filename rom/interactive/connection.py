@@ -185,7 +185,7 @@ class Connection:
     # ---- kinds ----------------------------------------------------------------------------------------------
 
     async def _hello(self, number: int, _: dict[str, Any]) -> None:
-        header, arrays = await self.desk.run(self.desk.slow, self.engine.hello)
+        header, arrays = await self.desk.run(self.desk.quick, self.engine.hello)
         await self._post({"id": number, "answer": "hello", **header}, arrays)
 
     async def _field(self, number: int, request: dict[str, Any]) -> None:

@@ -15,7 +15,7 @@ from rom.datasets import read_dataset
 from rom.interactive import wire
 from rom.interactive.server import make_application
 
-PATIENCE = 60.0
+PATIENCE = 120.0
 
 
 class Browser:

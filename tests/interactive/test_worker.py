@@ -22,7 +22,7 @@ def with_worker(scenario):
     async def whole():
         worker = Worker()
         try:
-            return await asyncio.wait_for(scenario(worker), 60)
+            return await asyncio.wait_for(scenario(worker), 120)
         finally:
             worker.close()
     return asyncio.run(whole())
