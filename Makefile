@@ -7,7 +7,7 @@ export ROM_CACHE ?= $(CURDIR)/.cache
 
 EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py %_plates.py,$(wildcard experiments/*.py))
 
-.PHONY: report report-quick serve experiments experiments-quick test test-all lint clean
+.PHONY: report report-quick serve experiments experiments-quick test test-browser test-all lint clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -31,6 +31,10 @@ experiments-quick: $(STAMP)
 
 test: $(STAMP)
 	$(BIN)/python -m pytest
+
+test-browser: $(STAMP)
+	tests/browser/install_chromium.sh
+	$(BIN)/python -m pytest tests/browser
 
 test-all: $(STAMP)
 	$(BIN)/python -m pytest -m ""

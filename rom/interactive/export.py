@@ -1,4 +1,4 @@
-"""The page as one file to mail: scripts, styles and the modal ROM of the surface inside, no server, no other address."""
+"""The page as one file to mail: scripts, styles and the modal ROM of the surface, no server behind it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ MARK = "<!-- written by rom export-page -->"
 ALLOWED_DEVIATION = 1e-3
 """From `modal-krylov`: relative, of the pad's field; a file that is off by more is not written."""
 SAMPLED_HZ = np.linspace(0.0, HIGHEST_HZ, 7)
-SCRIPTS = ("main", "body", "colours", "controls", "figures", "frf", "markers", "modal_engine", "numbers", "pad", "saving",
-           "shading", "state", "view", "wire")
+SAMPLED_LOSS = np.array([LOSS_FACTORS[0], 0.1, LOSS_FACTORS[1]])
+SCRIPTS = ("main", "body", "colours", "controls", "figures", "frf", "markers", "modal_engine", "numbers", "pad",
+           "saving", "shading", "state", "view", "wire")
 VENDORED = {"three": "three/three.module.min.js", "page/three.core.min.js": "three/three.core.min.js",
             "three/addons/controls/OrbitControls.js": "three/OrbitControls.js", "uplot": "uplot/uPlot.min.js"}
 STYLES = ("vendor/uplot/uPlot.min.css", "style.css")
@@ -37,7 +38,9 @@ const unpack = async id => {
   const sources = JSON.parse(new TextDecoder().decode(await unpack("sources"))), imports = {};
   for (const [name, text] of Object.entries(sources))
     imports[name] = URL.createObjectURL(new Blob([text], {type: "text/javascript"}));
-  const map = Object.assign(document.createElement("script"), {type: "importmap", textContent: JSON.stringify({imports})});
+  const map = document.createElement("script");
+  map.type = "importmap";
+  map.textContent = JSON.stringify({imports});
   document.head.append(map);
   const [{start}, {ModalEngine}] = await Promise.all([import("page/main.js"), import("page/modal_engine.js")]);
   await start(new ModalEngine(await unpack("model")));
@@ -70,7 +73,7 @@ def check_path(path: Path) -> None:
     if path.exists():
         with open(path, "rb") as file:
             if MARK.encode() not in file.read(200):
-                raise ValueError(f"{str(path)!r} exists and is no exported page: choose another name, or remove it first")
+                raise ValueError(f"{str(path)!r} exists and is no exported page: choose another name, or remove it")
 
 
 def export_page(model: ModalKrylov, path: str | Path) -> dict[str, float]:
@@ -98,10 +101,11 @@ def export_page(model: ModalKrylov, path: str | Path) -> dict[str, float]:
     path = Path(path)
     check_path(path)
     small = compress(model)
-    measured = deviation(model, from_bytes(to_bytes(small)), SAMPLED_HZ, np.array([LOSS_FACTORS[0], 0.1, LOSS_FACTORS[1]]))
-    if not max(measured["field"], measured["norm"], measured["probe"]) <= ALLOWED_DEVIATION:
-        raise ValueError(f"the page would be off by {max(measured['field'], measured['norm'], measured['probe']):.1e} "
-                         f"from modal-krylov, and {ALLOWED_DEVIATION:g} is the most: fit it with more modes")
+    measured = deviation(model, from_bytes(to_bytes(small)), SAMPLED_HZ, SAMPLED_LOSS)
+    worst = max(measured[name] for name in ("field", "norm", "probe"))
+    if not worst <= ALLOWED_DEVIATION:
+        raise ValueError(f"the page would be off by {worst:.1e} from modal-krylov, and {ALLOWED_DEVIATION:g} is the "
+                         "most: fit it with more modes")
     small.header["measured"] = measured
     text = page_text(to_bytes(small))
     with whole_file(path) as temporary:

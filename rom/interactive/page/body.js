@@ -7,9 +7,11 @@ export class Body {
   /**
    * @param {Float32Array} vertices (n, 3) [mm]
    * @param {Uint32Array} triangles (m, 3)
-   * @param {Float32Array} normal (n, 3) outward, for components into the skin
+   * @param {?Float32Array} normal (n, 3) outward, for components into the skin
+   * @param {boolean} lit whether light shows its shape; a section is flat
    */
-  constructor(vertices, triangles, normal) {
+  constructor(vertices, triangles, normal, lit = true) {
+    this.lit = lit;
     this.base = vertices;
     this.normal = normal;
     this.u = new Float32Array(2 * vertices.length);
@@ -24,7 +26,7 @@ export class Body {
     this.geometry.computeVertexNormals();
     this.geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(), 1e4); // it moves: never culled
     this.cut = {value: new THREE.Vector4(0, 0, 0, 1)};
-    this.material = new THREE.MeshLambertMaterial({
+    this.material = new (lit ? THREE.MeshLambertMaterial : THREE.MeshBasicMaterial)({
       side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1});
     this.material.onBeforeCompile = shader => hideBeyond(shader, this.cut);
     this.mesh = new THREE.Mesh(this.geometry, this.material);
@@ -55,7 +57,7 @@ export class Body {
     this.strain = strain;
   }
 
-  /** The colour bar's range for a quantity. */
+  /** The colour bar's range for a quantity; see `rangeOf`. */
   range(quantity) {
     return rangeOf(quantity, this.u, this.normal, this.strain);
   }
@@ -78,7 +80,7 @@ export class Body {
     const {array} = this.position, {base, u} = this;
     for (let i = 0; i < base.length; i++) array[i] = base[i] + c * u[2 * i] - s * u[2 * i + 1];
     this.position.needsUpdate = true;
-    this.geometry.computeVertexNormals();
+    if (this.lit) this.geometry.computeVertexNormals();
     if (this.painted && swings(this.painted.quantity)) this.paint(this.painted.quantity, this.painted.range, theta);
   }
 
@@ -91,6 +93,12 @@ export class Body {
   hide(cut) {
     const axis = cut ? "xyz".indexOf(cut[0]) : -1;
     this.cut.value.set(axis === 0 ? 1 : 0, axis === 1 ? 1 : 0, axis === 2 ? 1 : 0, cut ? cut[1] : 1);
+  }
+
+  /** Whether a vertex is left out. */
+  hides(vertex) {
+    const {x, y, z, w} = this.cut.value, [a, b, c] = this.base.subarray(3 * vertex, 3 * vertex + 3);
+    return a * x + b * y + c * z > w + 1e-4;
   }
 
   dispose() {

@@ -91,9 +91,11 @@ export class Controls {
     AT("cut-row").hidden = !state.cut;
     if (state.cut) {
       const [low, high] = this.hello.ranges.cut[state.cut[0]];
-      for (const id of ["cut", "cut-number"]) Object.assign(AT(id), {min: low.toFixed(2), max: high.toFixed(2)});
+      const ends = {min: low.toFixed(2), max: high.toFixed(2)};
+      for (const id of ["cut", "cut-number"]) Object.assign(AT(id), ends);
       set("cut", state.cut[1], `${state.cut[1]} millimetres`);
     }
+    if (!this.local) AT("picture-note").textContent = noteOf(state);
     this.#showForces(state, selected);
     this.#showMethods(state);
   }
@@ -164,21 +166,27 @@ export class Controls {
     return own && usable(own) ? null : "modal-krylov";
   }
 
-  /** Show the exaggeration. */
+  /** Show the magnification. */
   showScale(scale, automatic) {
     this.scale = scale;
     AT("scale").value = Math.log10(scale);
     AT("scale").setAttribute("aria-valuetext", `${scale} times`);
-    AT("scale-value").textContent = `${scale >= 1e5 ? scale.toExponential(0) : Number(scale.toPrecision(3)).toLocaleString("en")} ×`;
+    const words = scale >= 1e5 ? scale.toExponential(0) : Number(scale.toPrecision(3)).toLocaleString("en");
+    AT("scale-value").textContent = `${words} ×`;
     AT("scale-auto").checked = automatic;
   }
 }
 
 function set(id, value, spoken) {
-  for (const one of [AT(id), AT(`${id}-number`)]) if (one !== document.activeElement || one.type === "range") one.value = value;
+  AT(id).value = value;
   const number = AT(`${id}-number`);
-  if (number !== document.activeElement) number.value = value;
+  if (number !== document.activeElement) number.value = value; // nobody is typing there
   AT(id).setAttribute("aria-valuetext", spoken);
+}
+
+function noteOf({cut, quantity}) {
+  if (quantity === "strain") return "Grey has no value: strain is computed below the pad's skin.";
+  return cut && (quantity === "normal" || quantity === "phase") ? "Grey has no value: only the skin has a normal." : "";
 }
 
 /** Methods of one reason in one line. */

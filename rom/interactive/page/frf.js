@@ -2,6 +2,8 @@
 
 import uPlot from "uplot";
 
+const STEPS = [[1], [1, 2, 5], [1, 1.5, 2, 3, 4, 5, 6, 8],
+               [1, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9]];
 const HEIGHTS = {amplitude: 190, phase: 130};
 
 export class ResponseChart {
@@ -17,7 +19,8 @@ export class ResponseChart {
   constructor(root, onChoose) {
     this.root = root;
     this.onChoose = onChoose;
-    new ResizeObserver(() => this.#plots.forEach(plot => plot.setSize({width: root.clientWidth, height: plot.height}))).observe(root);
+    const fit = plot => plot.setSize({width: root.clientWidth, height: plot.height});
+    new ResizeObserver(() => this.#plots.forEach(fit)).observe(root);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#data && this.#draw());
   }
 
@@ -53,15 +56,20 @@ export class ResponseChart {
 
   #plot(kind, data, label, scale) {
     const style = getComputedStyle(document.documentElement), colour = name => style.getPropertyValue(name).trim();
-    const axis = {stroke: colour("--faint"), grid: {stroke: colour("--line"), width: 0.5}, ticks: {stroke: colour("--line")},
-                  font: "11px system-ui", labelFont: "12px system-ui"};
+    const axis = {stroke: colour("--faint"), grid: {stroke: colour("--line"), width: 0.5},
+                  ticks: {stroke: colour("--line")}, font: "11px system-ui", labelFont: "12px system-ui"};
     const plot = new uPlot({
       width: this.root.clientWidth, height: HEIGHTS[kind], padding: [8, 10, 0, 0],
       cursor: {y: false, drag: {x: false, y: false}, sync: {key: "frf"}, points: {size: 6}},
-      scales: {x: {time: false, range: [0, 300]}, y: kind === "phase" ? {range: phaseRange} : {distr: 3, range: decades}},
-      axes: [{...axis, space: 44, size: kind === "phase" ? 42 : 22, label: kind === "phase" ? "Frequency [Hz]" : undefined, labelSize: 18},
+      scales: {x: {time: false, range: [0, 300]},
+               y: kind === "phase" ? {range: phaseRange} : {distr: 3, range: around}},
+      axes: [kind === "phase" ? {...axis, space: 44, size: 26, label: "Frequency [Hz]", labelSize: 18, labelGap: 0}
+             : {...axis, space: 44, size: 6, values: () => [], ticks: {show: false}},
              {...axis, size: 44, label, labelSize: 16, space: 26,
-              ...(kind === "phase" ? {incrs: [15, 30, 45, 90, 180]} : {values: (_, splits) => splits.map(v => (v === null ? "" : shortNumber(v)))})}],
+              ...(kind === "phase" ? {incrs: [15, 30, 45, 90, 180]}
+                 : {
+                   splits: (_, __, low, high) => roundSteps(low, high), filter: (_, splits) => splits,
+                   values: (_, splits) => splits.map(String)})}],
       series: [{}, {stroke: colour("--accent"), width: 2, points: {show: false}}],
       hooks: {draw: [one => this.#marks(one, colour)]},
     }, data, this.root);
@@ -110,9 +118,9 @@ function unwrapped(phase) {
   });
 }
 
-function decades(_, low, high) {
+function around(_, low, high) {
   if (!(high > 0)) return [0.1, 10];
-  return [Math.max(low, high * 1e-6) / 1.3, high * 1.3];
+  return [Math.max(low, high * 1e-6) / 1.15, high * 1.15];
 }
 
 function phaseRange(_, low, high) {
@@ -125,4 +133,15 @@ function interpolate(x, y, at) {
   return y[i - 1] + part * (y[i] - y[i - 1]);
 }
 
-const shortNumber = value => Number(value.toPrecision(2)).toString();
+/** Round numbers between two: 1, 2, 5, 10 ..., or closer where few of those lie between. */
+function roundSteps(low, high) {
+  for (const steps of STEPS) {
+    const found = [];
+    for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); e++) {
+      for (const step of steps) found.push(Number((step * 10 ** e).toPrecision(3)));
+    }
+    const inside = found.filter(x => x >= low && x <= high);
+    if (inside.length >= 3) return inside;
+  }
+  return [Number(low.toPrecision(3)), Number(high.toPrecision(3))];
+}

@@ -24,7 +24,8 @@ export async function start(engine) {
                  methods: hello.methods.map(one => one.name), quantities: hello.quantities, padCenter: hello.pad_center};
   const restored = fromQuery(engine.local ? location.hash.slice(1) : location.search, known);
   let {state} = restored, selected = 0, scale = restored.scale, custom = restored.view !== null;
-  let inFlight = null, waiting = null, shown = null, comparing = null, shownCut = "null", frfKey = "", shownOnce = false;
+  let inFlight = null, waiting = null, shown = null, comparing = null;
+  let shownCut = "null", frfKey = "", shownOnce = false;
 
   const net = new Pad(pad, arrays.triangles.data);
   const view = new View(AT("view"), arrays, {
@@ -32,7 +33,7 @@ export async function start(engine) {
   if (restored.view) view.viewpoint = restored.view;
   const controls = new Controls(hello, engine.local, {
     change: (patch, event) => change(patch, event),
-    amplitude: (value, event) => change({forces: state.forces.map((one, i) => (i === selected ? [one[0], value] : one))}, event),
+    amplitude: (value, event) => change({forces: withSelected(([node]) => [node, value])}, event),
     select: i => select(i), remove: i => remove(i),
     scale: value => { scale = value; controls.showScale(view.setScale(scale), scale === null); writeAddress(); }});
   if (engine.local && state.cut) state.cut = null;
@@ -57,10 +58,14 @@ export async function start(engine) {
     chart.mark(state.frequency);
     AT("slowness").value = figures.slownessWords(state.frequency, CYCLE_SECONDS);
     AT("play").disabled = state.frequency === 0;
-    AT("comparison").textContent = engine.local ? AT("comparison").textContent : "";
+    if (!engine.local && !comparing) AT("comparison").textContent = "";
     writeAddress();
     ask(event?.timeStamp ?? null);
     askResponse();
+  }
+
+  function withSelected(turn) {
+    return state.forces.map((one, i) => (i === selected ? turn(one) : one));
   }
 
   function select(i) {
@@ -78,7 +83,7 @@ export async function start(engine) {
   function place(node, event) {
     if (state.forces.some(([other], i) => other === node && i !== selected)) return say("Another force stands there.");
     say(`Force ${selected + 1} at node ${node}.`, true);
-    return change({forces: state.forces.map((one, i) => (i === selected ? [node, one[1]] : one))}, event);
+    return change({forces: withSelected(([, force]) => [node, force])}, event);
   }
 
   function add(node, event) {
@@ -97,7 +102,8 @@ export async function start(engine) {
       return change({probe: nodes[vertex]}, event);
     }
     if (padVertex === null) return hint("Forces act on the pad, the region within the white line.");
-    return controls.clickMode === "add" || event.shiftKey ? add(nodes[padVertex], event) : place(nodes[padVertex], event);
+    const act = controls.clickMode === "add" || event.shiftKey ? add : place;
+    return act(nodes[padVertex], event);
   }
 
   // ---- the answers --------------------------------------------------------------------------------------------
@@ -148,7 +154,7 @@ export async function start(engine) {
                                             cutU: answer.cut_u?.data, moving: asked.frequency > 0, scale});
     controls.showScale(drawn.scale, scale === null);
     figures.showField(header, asked, engine.local);
-    figures.showLegend(asked.quantity, drawn.range);
+    figures.showLegend(asked.quantity, drawn);
     if (header.validity) hint(`${header.validity[0].toUpperCase()}${header.validity.slice(1)}.`, true);
     else if (AT("hint").classList.contains("problem")) hint("");
     view.draw(() => {
@@ -189,8 +195,8 @@ export async function start(engine) {
       if (!answer) AT("comparison").textContent = "Cancelled.";
       else {
         const {error, direct_seconds: seconds, speedup} = answer.header;
-        AT("comparison").textContent = `${asked.method} is off by ${power(error)} of the field (relative L2); direct took `
-          + `${seconds.toPrecision(2)} s.`;
+        AT("comparison").textContent = `${asked.method} is off by ${power(error)} of the field (relative L2); `
+          + `direct took ${seconds.toPrecision(2)} s.`;
         AT("comparison").dataset.error = error;
         if (shown?.state === asked) figures.showSpeedup(speedup);
       }
@@ -222,13 +228,14 @@ export async function start(engine) {
     else if (AT("comparison").textContent.endsWith("…")) AT("comparison").textContent = "";
   }
 
+  const mark = engine.local ? "#" : "?"; // a file has no queries
   let addressTimer = null;
   function query() {
     return toQuery(state, {view: custom ? view.viewpoint : null, scale});
   }
   function writeAddress() {
     clearTimeout(addressTimer);
-    addressTimer = setTimeout(() => history.replaceState(null, "", (engine.local ? "#" : "?") + query()), ADDRESS_WAIT_MS);
+    addressTimer = setTimeout(() => history.replaceState(null, "", mark + query()), ADDRESS_WAIT_MS);
   }
 
   // ---- keys and buttons ---------------------------------------------------------------------------------------
@@ -282,17 +289,18 @@ export async function start(engine) {
   AT("save-png").addEventListener("click", () => view.draw(async () => {
     view.renderer.render(view.scene, view.camera); // its pixels are there until the next frame alone
     const forces = state.forces.map(([node, force]) => `${force} N at node ${node}`).join(", ");
+    const motion = state.frequency ? `${state.frequency} Hz, loss factor ${state.loss_factor}` : "static";
     const blob = await pictureOf(AT("view"), {
-      quantity: state.quantity, range: view.range, dark: matchMedia("(prefers-color-scheme: dark)").matches,
-      caption: [`${forces}; ${state.frequency ? `${state.frequency} Hz, loss factor ${state.loss_factor}` : "static"}; ${state.method}`,
-                `deformation ${view.scale} times exaggerated; fingertip of ${hello.n_nodes} nodes`]});
+      quantity: shown.state.quantity, range: view.range, clipped: view.clipped, dark: matchMedia("(prefers-color-scheme: dark)").matches,
+      caption: [`${forces}; ${motion}; ${state.method}`,
+                `motion magnified ${view.scale} times; fingertip of ${hello.n_nodes} nodes`]});
     save(URL.createObjectURL(blob), "fingertip.png");
   }));
   for (const kind of ["vtu", "nc"]) {
     AT(`save-${kind}`).addEventListener("click", () => save(engine.download(kind, toQuery(state)), `fingertip.${kind}`));
   }
   AT("copy-link").addEventListener("click", async () => {
-    const link = `${location.href.split(/[?#]/)[0]}${engine.local ? "#" : "?"}${query()}`;
+    const link = `${location.href.split(/[?#]/)[0]}${mark}${query()}`;
     AT("saved").textContent = await copy(link) ? "Link copied." : `Copy this: ${link}`;
   });
 

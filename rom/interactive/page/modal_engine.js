@@ -34,7 +34,7 @@ export class ModalEngine {
   #rows(name, factor) {
     const {data, shape: [count, length]} = this.arrays[name];
     const rows = new Float32Array(data.length);
-    for (let i = 0; i < count; i++) for (let k = i * length; k < (i + 1) * length; k++) rows[k] = data[k] * factor[i];
+    for (let k = 0; k < data.length; k++) rows[k] = data[k] * factor[Math.floor(k / length)];
     return {rows, count, length};
   }
 

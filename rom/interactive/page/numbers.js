@@ -20,7 +20,8 @@ export function prefixOf(size) {
  */
 export function withUnit(value, unit, digits) {
   const {factor, prefix} = prefixOf(value);
-  return `${minus((value / factor).toPrecision(digits))} ${prefix}${unit}`;
+  const rounded = (value / factor).toPrecision(digits);
+  return `${minus(rounded.includes("e") ? String(Number(rounded)) : rounded)} ${prefix}${unit}`;
 }
 
 /**

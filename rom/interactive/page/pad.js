@@ -14,7 +14,9 @@ export class Pad {
         this.beside.get(b)?.add(a);
       }
     }
-    for (const [vertex, others] of this.beside) this.beside.set(vertex, [...others].filter(one => this.beside.has(one)));
+    for (const [vertex, others] of this.beside) {
+      this.beside.set(vertex, [...others].filter(one => this.beside.has(one)));
+    }
   }
 
   /**

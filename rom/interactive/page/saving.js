@@ -6,18 +6,19 @@ import {legendWords} from "./figures.js";
 /**
  * The view with its colour bar and a caption, as PNG.
  * @param {HTMLCanvasElement} view drawn just now
- * @param {{quantity: string, range: [number, number], caption: string[], dark: boolean}} what
+ * @param {object} what quantity, range and clipped of the colour bar; caption, lines of text; dark
  * @returns {Promise<Blob>}
  */
-export function pictureOf(view, {quantity, range, caption, dark}) {
-  const {width, height} = view, unit = Math.max(width, height) / 900, line = 20 * unit, canvas = document.createElement("canvas");
+export function pictureOf(view, {quantity, range, clipped, caption, dark}) {
+  const {width, height} = view, unit = Math.max(width, height) / 900, line = 20 * unit;
+  const canvas = document.createElement("canvas");
   canvas.width = width;
   canvas.height = height + (caption.length + 1) * line;
   const pen = canvas.getContext("2d"), ink = dark ? "#e8eaed" : "#1b1f24";
   pen.fillStyle = dark ? "#14171a" : "#ffffff";
   pen.fillRect(0, 0, canvas.width, canvas.height);
   pen.drawImage(view, 0, 0);
-  const {title, map, unit: measure} = QUANTITIES[quantity], {words, labels} = legendWords(title, measure, range);
+  const {title, map, unit: measure} = QUANTITIES[quantity], {words, labels} = legendWords(title, measure, range, clipped);
   const left = 20 * unit, top = height - 190 * unit, tall = 150 * unit;
   for (let i = 0; i < tall; i++) {
     pen.fillStyle = `rgb(${colourAt(map, 1 - i / tall).join(" ")})`;

@@ -30,7 +30,7 @@ export class ServerEngine {
    * The field of a state.
    * @param {import("./state.js").State} state
    * @param {{signal?: AbortSignal, onIndicators?: (header: object) => void}} options
-   * @returns {Promise<?{header: object, arrays: object}>} null where a newer question took its place, or it was cancelled
+   * @returns {Promise<?{header: object, arrays: object}>} null where it was cancelled or a newer one took its place
    */
   field(state, options = {}) {
     return this.#ask({ask: "field", state: asRequest(state)}, options);

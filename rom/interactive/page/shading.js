@@ -5,6 +5,7 @@ import {colourAt, NO_VALUE, QUANTITIES} from "./colours.js";
 
 const WIDTH = 256;
 const QUIET = 1e-3; // of the largest, below which a phase says nothing
+const IN_RANGE = 0.99; // of the vertices
 
 /** A map as a texture: left to right along the values, the upper half grey for what has none. */
 function scaleTexture(name) {
@@ -48,25 +49,23 @@ export function textureOf(quantity) {
 }
 
 /**
- * The range of the colour bar.
+ * The range of the colour bar. Point forces dent the skin sharply, so that it ends where one vertex in a hundred lies
+ * beyond; `clipped` says whether some do.
  * @param {string} quantity
  * @param {Float32Array} u (n, 3, 2) displacement [m]
- * @param {Float32Array} normal (n, 3) outward
+ * @param {?Float32Array} normal (n, 3) outward; none inside the tissues
  * @param {?Float32Array} strain (n)
- * @returns {[number, number]}
+ * @returns {{range: [number, number], largest: number, clipped: boolean}}
  */
 export function rangeOf(quantity, u, normal, strain) {
-  if (quantity === "phase") return [-180, 180];
-  let largest = 0;
-  if (quantity === "strain") {
-    for (const value of strain ?? []) if (value > largest) largest = value;
-    return [0, largest];
-  }
-  for (let k = 0; k < u.length / 6; k++) {
-    const size = quantity === "magnitude" ? magnitude(u, k) : Math.hypot(...component(quantity, u, normal, k));
-    if (size > largest) largest = size;
-  }
-  return quantity === "magnitude" ? [0, largest] : [-largest, largest];
+  if (quantity === "phase") return {range: [-180, 180], largest: 180, clipped: false};
+  const sizes = quantity === "strain" ? Float32Array.from(strain ?? []).filter(Number.isFinite)
+    : Float32Array.from({length: u.length / 6}, (_, k) => (
+      quantity === "magnitude" ? magnitude(u, k) : Math.hypot(...component(quantity, u, normal, k))));
+  sizes.sort();
+  const largest = sizes.at(-1) ?? 0, high = sizes[Math.floor(IN_RANGE * (sizes.length - 1))] || largest;
+  const signed = QUANTITIES[quantity].component !== undefined;
+  return {range: [signed ? -high : 0, high], largest, clipped: largest > 1.02 * high};
 }
 
 /**
@@ -81,7 +80,7 @@ export function rangeOf(quantity, u, normal, strain) {
  */
 export function writeCoordinates(uv, quantity, u, normal, strain, range, theta) {
   const [low, high] = range, width = high - low || 1, c = Math.cos(theta), s = Math.sin(theta);
-  const largest = quantity === "phase" ? rangeOf("normal", u, normal)[1] : 0;
+  const largest = quantity === "phase" ? normal && rangeOf("normal", u, normal).largest : 0;
   for (let k = 0; k < uv.length / 2; k++) {
     let value = NaN;
     if (quantity === "magnitude") value = magnitude(u, k);
@@ -89,7 +88,7 @@ export function writeCoordinates(uv, quantity, u, normal, strain, range, theta) 
     else {
       const [re, im] = component(quantity, u, normal, k);
       if (quantity === "phase") {
-        const size = Math.hypot(re, im), quiet = size <= QUIET * largest;
+        const size = Math.hypot(re, im), quiet = !(size > QUIET * largest);
         uv[2 * k] = quiet ? 0.5 : 0.5 + 0.48 * re / size;
         uv[2 * k + 1] = quiet ? 0.5 : 0.5 + 0.48 * im / size;
         continue;
@@ -97,7 +96,7 @@ export function writeCoordinates(uv, quantity, u, normal, strain, range, theta) 
       value = re * c - im * s;
     }
     const known = Number.isFinite(value);
-    uv[2 * k] = known ? 0.5 / WIDTH + (1 - 1 / WIDTH) * (value - low) / width : 0;
+    uv[2 * k] = known ? 0.5 / WIDTH + (1 - 1 / WIDTH) * Math.min(Math.max((value - low) / width, 0), 1) : 0;
     uv[2 * k + 1] = known ? 0.2 : 0.8;
   }
 }
@@ -115,6 +114,7 @@ function magnitude(u, k) {
 function component(quantity, u, normal, k) {
   const i = QUANTITIES[quantity].component;
   if (i < 3) return [u[6 * k + 2 * i], u[6 * k + 2 * i + 1]];
+  if (!normal) return [NaN, NaN];
   let re = 0, im = 0;
   for (let j = 0; j < 3; j++) {
     re -= normal[3 * k + j] * u[6 * k + 2 * j];

@@ -6,7 +6,7 @@ import {Body, outlines} from "./body.js";
 import {Markers} from "./markers.js";
 
 const CYCLE_MS = 2000;
-const SHOWN_MM = 2; // what the largest displacement is drawn as where the exaggeration is automatic
+const SHOWN_MM = 3; // what the largest displacement is drawn as where the exaggeration is automatic
 const CLICK_PX = 6;
 const SLOW_FRAME_MS = 29, COARSEST = 0.5;
 const UP = new THREE.Vector3(1, 0, 0); // the finger points up, as on a fingerprint
@@ -92,32 +92,30 @@ export class View {
    * A field, at the next frame.
    * @param {Float32Array} u at the surface's vertices
    * @param {object} shown quantity, strain, cutU, moving
-   * @returns {{range: [number, number], scale: number}}
+   * @returns {{range: [number, number], clipped: boolean, scale: number}}
    */
   show(u, {quantity, strain, cutU, moving, scale}) {
     this.skin.setField(u, strain);
     if (this.section && cutU) this.section.setField(cutU);
     this.quantity = quantity;
     this.moving = moving;
-    this.range = this.skin.range(quantity);
-    if (this.section && cutU && quantity !== "phase" && quantity !== "strain") {
-      const [low, high] = this.section.range(quantity);
-      this.range = [Math.min(low, this.range[0]), Math.max(high, this.range[1])];
-    }
+    const {range, clipped} = this.skin.range(quantity);
+    Object.assign(this, {range, clipped});
     this.scale = scale ?? this.automaticScale();
     this.#pose(true);
     this.draw();
-    return {range: this.range, scale: this.scale};
+    return {range, clipped, scale: this.scale};
   }
 
-  /** The exaggeration at which the largest displacement is about 2 mm: 1, 2 or 5 times a power of ten. */
+  /** The exaggeration at which the largest displacement is at most 3 mm: 1, 2 or 5 times a power of ten. */
   automaticScale() {
-    const largest = this.skin.range("magnitude")[1];
+    const {largest} = this.skin.range("magnitude");
     if (!(largest > 0)) return 1;
     const wanted = SHOWN_MM / 1000 / largest, unit = 10 ** Math.floor(Math.log10(wanted));
     return unit * [5, 2, 1].find(step => step * unit <= wanted * 1.0000001);
   }
 
+  /** Magnify the motion. @param {?number} scale null chooses it automatically */
   setScale(scale) {
     this.scale = scale ?? this.automaticScale();
     this.#pose(false);
@@ -135,12 +133,10 @@ export class View {
     this.skin.hide(cut);
     if (this.bone) this.bone.visible = cut !== null;
     if (cut && arrays) {
-      const vertices = Float32Array.from(arrays.cut_vertices.data), triangles = Uint32Array.from(arrays.cut_triangles.data);
-      const tissue = arrays.cut_tissue.data, normal = new Float32Array(vertices.length);
-      for (let k = "xyz".indexOf(cut[0]); k < normal.length; k += 3) normal[k] = 1;
-      const byTriangle = tissue.length === triangles.length / 3;
-      this.section = new Body(vertices, triangles, normal);
-      const lines = outlines(triangles, t => (byTriangle ? tissue[t] : tissue[triangles[3 * t]]));
+      const vertices = arrays.cut_vertices.data, triangles = arrays.cut_triangles.data;
+      const tissue = arrays.cut_tissue.data;
+      this.section = new Body(vertices, triangles, null, false);
+      const lines = outlines(triangles, t => tissue[t]);
       this.section.addLines([...lines.between, ...lines.outer], new THREE.LineBasicMaterial({color: 0xffffff}));
       this.scene.add(this.section.group);
     }
@@ -217,7 +213,7 @@ export class View {
     if (this.#intervals.length < 12) return;
     const middle = this.#intervals.sort((a, b) => a - b)[6];
     this.#intervals = [];
-    if (middle > SLOW_FRAME_MS && this.#pixelRatio > COARSEST) this.#setPixelRatio(Math.max(COARSEST, 0.8 * this.#pixelRatio));
+    if (middle > SLOW_FRAME_MS) this.#setPixelRatio(Math.max(COARSEST, 0.8 * this.#pixelRatio));
   }
 
   #sharpen() {
@@ -272,7 +268,8 @@ export class View {
   }
 
   zoom(factor) {
-    this.#moveCamera(s => (s.radius = Math.min(Math.max(s.radius * factor, this.orbit.minDistance), this.orbit.maxDistance)));
+    const {minDistance, maxDistance} = this.orbit;
+    this.#moveCamera(s => (s.radius = Math.min(Math.max(s.radius * factor, minDistance), maxDistance)));
   }
 
   #moveCamera(change) {
@@ -309,7 +306,7 @@ export class View {
     const box = this.canvas.getBoundingClientRect(), ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(2 * (event.clientX - box.left) / box.width - 1,
                                         1 - 2 * (event.clientY - box.top) / box.height), this.camera);
-    const hit = ray.intersectObject(this.skin.mesh)[0];
+    const hit = ray.intersectObject(this.skin.mesh).find(one => !this.skin.hides(one.face.a));
     if (!hit) return;
     this.listeners.onPick({vertex: this.#nearest(hit.point, null), pad: this.#nearest(hit.point, this.pad), event});
   }
