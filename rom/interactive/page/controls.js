@@ -104,7 +104,8 @@ export class Controls {
     const key = JSON.stringify([state.forces, selected]);
     if (this.drawnForces === key) return;
     this.drawnForces = key;
-    const root = AT("forces"), before = document.activeElement?.closest("#forces") && document.activeElement.dataset.key;
+    const root = AT("forces"), active = document.activeElement;
+    const before = active?.closest("#forces") && active.dataset.key;
     root.replaceChildren(...state.forces.map(([node, force], i) => {
       const row = document.createElement("div");
       row.className = "force";

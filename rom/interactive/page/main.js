@@ -21,7 +21,8 @@ export async function start(engine) {
   const nodes = [...arrays.vertex_node.data], pad = [...arrays.pad_vertex.data];
   const vertexOf = new Map(nodes.map((node, vertex) => [node, vertex]).reverse());
   const known = {padNodes: new Set(pad.map(vertex => nodes[vertex])), surfaceNodes: new Set(nodes),
-                 methods: hello.methods.map(one => one.name), quantities: hello.quantities, padCenter: hello.pad_center};
+                 methods: hello.methods.map(one => one.name), quantities: hello.quantities,
+                 padCenter: hello.pad_center};
   const restored = fromQuery(engine.local ? location.hash.slice(1) : location.search, known);
   let {state} = restored, selected = 0, scale = restored.scale, custom = restored.view !== null;
   let inFlight = null, waiting = null, shown = null, comparing = null;
@@ -291,13 +292,15 @@ export async function start(engine) {
     const forces = state.forces.map(([node, force]) => `${force} N at node ${node}`).join(", ");
     const motion = state.frequency ? `${state.frequency} Hz, loss factor ${state.loss_factor}` : "static";
     const blob = await pictureOf(AT("view"), {
-      quantity: shown.state.quantity, range: view.range, clipped: view.clipped, dark: matchMedia("(prefers-color-scheme: dark)").matches,
+      quantity: shown.state.quantity, range: view.range, clipped: view.clipped,
+      dark: matchMedia("(prefers-color-scheme: dark)").matches,
       caption: [`${forces}; ${motion}; ${state.method}`,
                 `motion magnified ${view.scale} times; fingertip of ${hello.n_nodes} nodes`]});
     save(URL.createObjectURL(blob), "fingertip.png");
   }));
   for (const kind of ["vtu", "nc"]) {
-    AT(`save-${kind}`).addEventListener("click", () => save(engine.download(kind, toQuery(state)), `fingertip.${kind}`));
+    const write = () => save(engine.download(kind, toQuery(state)), `fingertip.${kind}`);
+    AT(`save-${kind}`).addEventListener("click", write);
   }
   AT("copy-link").addEventListener("click", async () => {
     const link = `${location.href.split(/[?#]/)[0]}${mark}${query()}`;

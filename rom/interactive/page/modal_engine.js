@@ -44,7 +44,8 @@ export class ModalEngine {
     const others = Object.entries(NAMES).map(([name, summary]) => ({
       name, summary, static: false, harmonic: false, reason: ELSEWHERE, reason_static: ELSEWHERE,
       reason_harmonic: ELSEWHERE}));
-    const own = {name: header.method, summary: "natural modes plus load-dependent vectors", static: true, harmonic: true,
+    const own = {name: header.method, summary: "natural modes plus load-dependent vectors",
+                 static: true, harmonic: true,
                  reason: "", reason_static: "", reason_harmonic: ""};
     return {arrays, header: {...header, methods: [own, ...others],
                              quantities: ["magnitude", "x", "y", "z", "normal", "phase"], ready: true}};

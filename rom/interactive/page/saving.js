@@ -18,7 +18,8 @@ export function pictureOf(view, {quantity, range, clipped, caption, dark}) {
   pen.fillStyle = dark ? "#14171a" : "#ffffff";
   pen.fillRect(0, 0, canvas.width, canvas.height);
   pen.drawImage(view, 0, 0);
-  const {title, map, unit: measure} = QUANTITIES[quantity], {words, labels} = legendWords(title, measure, range, clipped);
+  const {title, map, unit: measure} = QUANTITIES[quantity];
+  const {words, labels} = legendWords(title, measure, range, clipped);
   const left = 20 * unit, top = height - 190 * unit, tall = 150 * unit;
   for (let i = 0; i < tall; i++) {
     pen.fillStyle = `rgb(${colourAt(map, 1 - i / tall).join(" ")})`;

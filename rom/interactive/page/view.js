@@ -45,7 +45,8 @@ export class View {
     this.scene = new THREE.Scene();
     this.scene.add(this.skin.group, this.markers.group);
     this.#addBone(arrays);
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, alpha: true, preserveDrawingBuffer: false});
+    this.software = drawnBySoftware();
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.software, alpha: true});
     this.renderer.setClearAlpha(0);
     this.camera = new THREE.PerspectiveCamera(30, 1, 1, 1000);
     this.camera.up.copy(UP);
@@ -217,7 +218,7 @@ export class View {
   }
 
   #sharpen() {
-    this.#setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.#setPixelRatio(Math.min(window.devicePixelRatio, this.software ? 1 : 2));
   }
 
   #setPixelRatio(ratio) {
@@ -321,4 +322,13 @@ export class View {
     }
     return best;
   }
+}
+
+/** Whether there is no graphics card to draw with: smooth edges would cost most of the frames. */
+function drawnBySoftware() {
+  const pen = document.createElement("canvas").getContext("webgl2");
+  const info = pen?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? pen.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  pen?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
