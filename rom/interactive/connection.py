@@ -63,7 +63,7 @@ class Desk:
         values, seconds, doubt = await self.worker.solve(job)
         check_finite(values)
         if state.method == "direct":
-            self.engine.direct_seconds[state.harmonic] = seconds
+            self.engine.time_direct(state, seconds)
         return Answer(values, seconds, validity=self.engine.validity(doubt))
 
     def close(self) -> None:

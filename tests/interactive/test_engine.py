@@ -204,7 +204,8 @@ def test_speed_up_is_unknown_until_direct_was_timed(engine, three):
     state = State(three, 80.0)
     engine.direct_seconds.clear()
     assert engine.speedup(state, 0.001) is None
-    engine.direct_seconds[True] = 0.5
+    for seconds in (0.6, 0.5, 0.9):
+        engine.time_direct(state, seconds)
     assert engine.speedup(state, 0.001) == pytest.approx(500)
     assert engine.speedup(State(three), 0.001) is None
     engine.direct_seconds.clear()
