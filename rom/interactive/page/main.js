@@ -13,7 +13,7 @@ const AT = id => document.getElementById(id);
 const CYCLE_SECONDS = 2;
 const FRF_WAIT_MS = 150, ADDRESS_WAIT_MS = 250, SLOW_WAIT_MS = 300;
 const NEW_FORCE = 0.1;
-const HINT = "Click the pad to press it; drag to turn, scroll or pinch to zoom.";
+const HINT = "Click the pad to press it; drag to turn it.";
 
 /** @param {object} engine server or modal */
 export async function start(engine) {
@@ -102,7 +102,7 @@ export async function start(engine) {
       say(`Probe at node ${nodes[vertex]}.`, true);
       return change({probe: nodes[vertex]}, event);
     }
-    if (padVertex === null) return hint("Forces act on the pad, the region within the white line.");
+    if (padVertex === null) return hint("Forces act on the pad, the region within the line.");
     const act = controls.clickMode === "add" || event.shiftKey ? add : place;
     return act(nodes[padVertex], event);
   }

@@ -81,7 +81,7 @@ export class ModalEngine {
     const modes = along(this.modes), rest = along(this.rest);
     const frequency = new Float64Array(FRF_POINTS), receptance = new Float64Array(2 * FRF_POINTS);
     for (let i = 0; i < FRF_POINTS; i++) {
-      frequency[i] = HIGHEST_HZ * i / (FRF_POINTS - 1);
+      frequency[i] = HIGHEST_HZ * (i + 1) / FRF_POINTS;
       const {re, im} = this.#coordinates(state, frequency[i]);
       receptance[2 * i] = dot(re.modes, modes) + dot(re.rest, rest);
       receptance[2 * i + 1] = dot(im.modes, modes) + dot(im.rest, rest);

@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import {OrbitControls} from "three/addons/controls/OrbitControls.js";
 import {Body, outlines} from "./body.js";
+import {QUANTITIES} from "./colours.js";
 import {Markers} from "./markers.js";
 
 const CYCLE_MS = 2000;
@@ -37,16 +38,15 @@ export class View {
     const tissue = arrays.vertex_tissue.data, tip = this.triangles;
     const all = [0, 1, 2], padOf = t => (all.every(k => this.isPad.has(tip[3 * t + k])) ? 0 : -1);
     const tissueOf = t => Math.min(...all.map(k => tissue[tip[3 * t + k]]));
-    this.skin.addLines(outlines(tip, padOf).outer, new THREE.LineBasicMaterial({color: 0xffffff}));
-    this.nail = this.skin.addLines(outlines(tip, tissueOf).between, new THREE.LineBasicMaterial({
+    this.padEdge = this.skin.addLines(outlines(tip, padOf).outer, new THREE.LineBasicMaterial({color: 0xffffff}));
+    this.skin.addLines(outlines(tip, tissueOf).between, new THREE.LineBasicMaterial({
       color: 0x222222, transparent: true, opacity: 0.45}));
     this.section = null;
     this.markers = new Markers();
     this.scene = new THREE.Scene();
     this.scene.add(this.skin.group, this.markers.group);
     this.#addBone(arrays);
-    this.software = drawnBySoftware();
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.software, alpha: true});
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !drawnBySoftware(), alpha: true});
     this.renderer.setClearAlpha(0);
     this.camera = new THREE.PerspectiveCamera(30, 1, 1, 1000);
     this.camera.up.copy(UP);
@@ -99,6 +99,7 @@ export class View {
     this.skin.setField(u, strain);
     if (this.section && cutU) this.section.setField(cutU);
     this.quantity = quantity;
+    this.padEdge.material.color.set(QUANTITIES[quantity].map === "cividis" ? 0xffffff : 0x333333);
     this.moving = moving;
     const {range, clipped} = this.skin.range(quantity);
     Object.assign(this, {range, clipped});
@@ -218,7 +219,7 @@ export class View {
   }
 
   #sharpen() {
-    this.#setPixelRatio(Math.min(window.devicePixelRatio, this.software ? 1 : 2));
+    this.#setPixelRatio(Math.min(window.devicePixelRatio, 2));
   }
 
   #setPixelRatio(ratio) {
