@@ -5,9 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 export ROM_CACHE ?= $(CURDIR)/.cache
 
-EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py %_plates.py,$(wildcard experiments/*.py))
+EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py experiments/interactive_page.py %_plates.py,$(wildcard experiments/*.py))
 
-.PHONY: report report-quick experiments experiments-quick test test-all lint clean
+.PHONY: report report-quick serve experiments experiments-quick test test-browser measure-page test-all lint clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -20,6 +20,9 @@ report: $(STAMP)
 report-quick: $(STAMP)
 	$(BIN)/rom report --output reports/quick --quick
 
+serve: $(STAMP)
+	$(BIN)/rom serve
+
 experiments: $(STAMP)
 	set -e; for script in $(EXPERIMENTS); do echo "== $$script"; $(BIN)/python $$script; done
 
@@ -28,6 +31,14 @@ experiments-quick: $(STAMP)
 
 test: $(STAMP)
 	$(BIN)/python -m pytest
+
+test-browser: $(STAMP)
+	tests/browser/install_chromium.sh
+	$(BIN)/python -m pytest tests/browser
+
+measure-page: $(STAMP)
+	tests/browser/install_chromium.sh
+	$(BIN)/python experiments/interactive_page.py
 
 test-all: $(STAMP)
 	$(BIN)/python -m pytest -m ""

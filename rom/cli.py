@@ -14,7 +14,7 @@ import warnings
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import explain, frf, modes, path_dataset, slide, stability
+from rom.commands import explain, export_page, frf, modes, path_dataset, serve, slide, stability
 from rom.commands.progress import bar
 from rom.errors import RomError
 
@@ -88,7 +88,7 @@ def _parser() -> argparse.ArgumentParser:
     _common(report)
     report.set_defaults(run=_report)
 
-    for command in (explain, frf, modes, slide, stability):  # each a file in rom/commands
+    for command in (explain, export_page, frf, modes, serve, slide, stability):  # each a file in rom/commands
         command.add(commands)
     return parser
 

@@ -144,16 +144,8 @@ def _rows(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], bool]
 
 def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str
                  ) -> tuple[Metamodel, str]:
-    learns = metamodel_class(method).learns
-    network = METHODS[method][0].startswith("networks.")
-    if network:
-        settings = {**settings, "seed": truth.seed}
-    recipe = {"method": method, "settings": settings, "scene": scene.to_json(), "content": scene.content_hash,
-              "data": [truth.key, split] if learns else None, "versions": versions(),
-              "source": source_digest("fullorder", "fingertip", "scenes", "datasets",
-                                      *([f"metamodels/{name}.py" for name in SOURCES]),
-                                      *(["metamodels/networks"] if network else []))}
-    path = cached_path("models", recipe, ".safetensors" if network else ".nc")
+    path = model_path(scene, method, settings, truth.key, truth.seed, split)
+    settings = seeded(method, settings, truth.seed)
     if path.exists():
         try:
             return load(path, scene), path.stem
@@ -161,10 +153,45 @@ def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Tru
             log.warning("a cached model is fitted again: %s", error)
     # a scene of its own: no method profits unbilled from a factor that another one made
     own = get_scene(scene.name, scene.fingertip, scene.outputs)
-    model = create(method, own, **settings).fit(truth.training(split) if learns else None)
+    model = create(method, own, **settings).fit(truth.training(split) if metamodel_class(method).learns else None)
     model.save(path)
     model.scene = scene
     return model, path.stem
+
+
+def model_path(scene: Scene, method: str, settings: dict[str, Any], truth_key: str, seed: int,
+               split: str = SPLITS[0]) -> Path:
+    """Where in the cache a method fitted at a setting lies, or would lie.
+
+    Parameters
+    ----------
+    scene : Scene
+    method : str
+    settings : dict
+    truth_key : str
+        Of the dataset that it learns from, if it learns.
+    seed : int
+        Networks start from it.
+    split : str
+    """
+    network = is_network(method)
+    recipe = {"method": method, "settings": seeded(method, settings, seed), "scene": scene.to_json(),
+              "content": scene.content_hash, "data": [truth_key, split] if metamodel_class(method).learns else None,
+              "versions": versions(),
+              "source": source_digest("fullorder", "fingertip", "scenes", "datasets",
+                                      *([f"metamodels/{name}.py" for name in SOURCES]),
+                                      *(["metamodels/networks"] if network else []))}
+    return cached_path("models", recipe, ".safetensors" if network else ".nc")
+
+
+def is_network(method: str) -> bool:
+    """Whether a method is a network, which needs torch and a seed."""
+    return METHODS[method][0].startswith("networks.")
+
+
+def seeded(method: str, settings: dict[str, Any], seed: int) -> dict[str, Any]:
+    """The settings, with the seed where the method is a network."""
+    return {**settings, "seed": seed} if is_network(method) else settings
 
 
 SOURCES = ("metamodel", "basis", "direct", "superposition", "lanczos", "certificate", "modal", "modal_certificate",

@@ -89,7 +89,7 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
         cases = QUICK_CASES if quick else CASES
     if cases < 10:
         raise ValueError(f"{cases} cases are too few to learn from and to hold out: ask for ten or more")
-    beyond = max(8, cases // 10)
+    beyond = beyond_count(cases)
     truth = find_truth(scene, cases, beyond, seed, progress)
     entries, omitted = fit_entries(scene, curves, truth, lambda items: progress(items, "fitting"))
     held_out = truth.held_out()
@@ -147,12 +147,22 @@ def chosen_curves(scene_name: str, methods: list[str] | None, quick: bool) -> di
 
 def find_truth(scene: Scene, cases: int, beyond: int, seed: int, progress: Progress) -> Truth:
     """The truth of a scene from the cache, made if it is not there."""
-    recipe = {"scene": scene.to_json(), "content": scene.content_hash, "cases": cases, "beyond": beyond, "seed": seed,
-              "source": source_digest("fullorder", "fingertip", "scenes", "datasets")}
-    path = cached_path("datasets", recipe)
+    path = truth_path(scene, cases, beyond, seed)
     if not path.exists():
         make_dataset(scene, cases, path, beyond=beyond, seed=seed, progress=lambda items: progress(items, "snapshots"))
     return Truth(path, path.stem, seed)
+
+
+def truth_path(scene: Scene, cases: int, beyond: int, seed: int) -> Path:
+    """Where in the cache a scene's truth lies, or would lie."""
+    recipe = {"scene": scene.to_json(), "content": scene.content_hash, "cases": cases, "beyond": beyond, "seed": seed,
+              "source": source_digest("fullorder", "fingertip", "scenes", "datasets")}
+    return cached_path("datasets", recipe)
+
+
+def beyond_count(cases: int) -> int:
+    """Number of cases beyond the published ranges that go with ``cases`` within them."""
+    return max(8, cases // 10)
 
 
 def mesh_floor(scene: Scene, arrays: CaseArrays, values: np.ndarray) -> dict[str, tuple]:

@@ -62,30 +62,31 @@ class ContactGalerkin(ContactMetamodel):
         Tolerance of the sampled points: relative displacement error that they may cause in training states; None keeps
         every integration point.
     stick_stiffness : float [MPa/mm], optional
-        Of the plate against tangential motion of a sticking node. Few modes cannot hold every node as stiffly as the full
-        model's 5 MPa/mm: the softer plate saves two thirds of Newton's iterations, and what it gives way on average is put
-        back. None: the full model's.
+        Of the plate against tangential motion of a sticking node. Few modes cannot hold every node as stiffly as the
+        full model's 5 MPa/mm: a softer plate saves Newton's iterations, and what it gives way on average is put back.
+        None: the full model's.
     tolerance : float
         Of Newton's iteration, over the force on the plate.
     """
 
     name: ClassVar[str] = "pod-galerkin"
-    summary: ClassVar[str] = ("solves the full model's equations on the principal directions of its own states, integrated at "
-                              "few points")
+    summary: ClassVar[str] = ("solves the full model's equations on the principal directions of its own states, "
+                              "integrated at few points")
 
     def __init__(self, scene: FingerOnGlass, rank: int = 20, pressure_rank: int = 10, sampling: float | None = 2e-3,
                  stick_stiffness: float | None = 0.5, tolerance: float = 1e-6) -> None:
         for name, value, most in (("rank", rank, 400), ("pressure_rank", pressure_rank, 200)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= most:
                 raise ValueError(f"{name}={shown(value)} is no number of modes: give a whole number from 1 to {most}")
-        for name, number, least, most in (("sampling", sampling, 1e-8, 0.5), ("stick_stiffness", stick_stiffness, 1e-3, 1e3),
-                                          ("tolerance", tolerance, 1e-10, 1e-2)):
+        numbers = {"sampling": (sampling, 1e-8, 0.5), "stick_stiffness": (stick_stiffness, 1e-3, 1e3),
+                   "tolerance": (tolerance, 1e-10, 1e-2)}
+        for name, (number, low, high) in numbers.items():
             if number is None and name != "tolerance":
                 continue
-            if isinstance(number, bool) or not isinstance(number, int | float) or not least <= number <= most:
-                raise ValueError(f"{name}={shown(number)} is out of range: give {least:g} to {most:g}")
-        super().__init__(scene, rank=rank, pressure_rank=pressure_rank, sampling=sampling, stick_stiffness=stick_stiffness,
-                         tolerance=tolerance)
+            if isinstance(number, bool) or not isinstance(number, int | float) or not low <= number <= high:
+                raise ValueError(f"{name}={shown(number)} is out of range: give {low:g} to {high:g}")
+        super().__init__(scene, rank=rank, pressure_rank=pressure_rank, sampling=sampling,
+                         stick_stiffness=stick_stiffness, tolerance=tolerance)
         self.variants: dict[int, ReducedVariant] = {}
         self.stage_seconds: dict[str, float] = {}
         """What the offline stages took [s]."""
@@ -107,7 +108,7 @@ class ContactGalerkin(ContactMetamodel):
         displacement = train["displacement"].values.reshape(len(paths) * n, -1) / METRE
         stretch_z = train["stretch_z"].values.ravel()
         bulk = np.repeat([self.scene.finger(paths, i).tissue.bulk for i in range(len(paths))], n)
-        touched = (train["pressure"].values > 0).any(axis=(0, 1))
+        touched = np.asarray((train["pressure"].values > 0).any(axis=(0, 1)))
         space = learn_space(finger, displacement, stretch_z, bulk, touched, self.settings["rank"],
                             self.settings["pressure_rank"])
         whole = reduce(finger, space)
@@ -116,7 +117,7 @@ class ContactGalerkin(ContactMetamodel):
             return ReducedVariant(space, whole, np.arange(len(whole.weights)))
         start = time.perf_counter()
         plate_y = finger.lowest + train["normal_displacement"].values.ravel() / METRE
-        constants = [self._constants(paths, i) for i in np.repeat(np.arange(len(paths)), n)]
+        constants = [self._constants(paths, i) for i in range(len(paths)) for _ in range(n)]
         points, weights = select_points(whole, constants, displacement @ space.vectors, stretch_z, plate_y,
                                         self.settings["sampling"])
         self.stage_seconds["sampling"] += time.perf_counter() - start
@@ -134,18 +135,18 @@ class ContactGalerkin(ContactMetamodel):
         finger = self.scene.finger(paths, i)
         tissue, plate = finger.tissue, finger.plate
         stiff = float(plate.tangential_stiffness)
-        stick = min(stiff, self.settings["stick_stiffness"] or stiff)
-        return Constants(float(tissue.c), float(tissue.k1), float(tissue.k2), float(tissue.bulk),
-                         float(finger.out_of_plane.stiffness), float(plate.friction), float(plate.normal_stiffness),
-                         stick, 1 / stick - 1 / stiff)
+        wanted_stick = self.settings["stick_stiffness"]
+        stick = stiff if wanted_stick is None else min(stiff, float(wanted_stick))
+        return Constants(tissue.c, float(tissue.k1 or 0.0), tissue.k2, tissue.bulk,
+                         float(finger.out_of_plane.stiffness), float(plate.friction), float(plate.normal_stiffness), stick, 1 / stick - 1 / stiff)
 
     def _follow(self, paths: PathArrays, i: int) -> ReducedPath:
         from rom.metamodels.contact.reduced_path import Controls, reduced_path
 
         path = self.scene.load_path(paths, i)
-        tolerance = self.settings["tolerance"]
+        controls = Controls(self.settings["tolerance"], 0.1 * self.settings["tolerance"])
         return reduced_path(
-            self.variants[int(paths.variant[i])].finger, self._constants(paths, i), Controls(tolerance, 0.1 * tolerance),
+            self.variants[int(paths.variant[i])].finger, self._constants(paths, i), controls,
             np.array(path.normal_force) / self.scene.effective_length, np.array(path.travel), np.array(VISCOSITIES))
 
     def _evaluate(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> Answers:
@@ -162,7 +163,7 @@ class ContactGalerkin(ContactMetamodel):
             found = self._follow(paths, i)
             reasons.append(self._reason(paths, i, found))
             kept = np.flatnonzero(positions < found.reached)
-            values = self._observe(paths, i, found, positions[kept], names)
+            values = self._observe(self.variants[int(paths.variant[i])].space, found, positions[kept], names)
             for name in names:
                 answers[name][i, kept] = values[name]
         return answers, reasons
@@ -179,9 +180,10 @@ class ContactGalerkin(ContactMetamodel):
             return "the contact reaches skin that no training path came near"
         return ""
 
-    def _observe(self, paths: PathArrays, i: int, found: ReducedPath, positions: np.ndarray, names: tuple[str, ...]) -> Answers:
+    def _observe(self, space: ReducedSpace, found: ReducedPath, positions: np.ndarray, names: tuple[str, ...]
+                 ) -> Answers:
         """Quantities at positions that were reached, by the definitions of :mod:`rom.collagen.observation`."""
-        space, scene = self.variants[int(paths.variant[i])].space, self.scene
+        scene = self.scene
         mesh, finger = scene.mesh, self._geometry
         modes = space.vectors.reshape(scene.n_nodes, 2, -1)
         q = found.q[positions]
@@ -197,9 +199,11 @@ class ContactGalerkin(ContactMetamodel):
             edges[k] = contact_edges(skin[k, order, 0], pressure[k, order])
         edges *= METRE
         values = {
-            "stretch_z": found.stretch_z[positions], "normal_displacement": METRE * (found.plate_y[positions] - finger.lowest),
+            "stretch_z": found.stretch_z[positions],
+            "normal_displacement": METRE * (found.plate_y[positions] - finger.lowest),
             "tangential_force": -scene.effective_length * (shear @ finger.skin_length),
-            "contact_left": edges[:, 0], "contact_right": edges[:, 1], "contact_area": area_between(edges[:, 0], edges[:, 1]),
+            "contact_left": edges[:, 0], "contact_right": edges[:, 1],
+            "contact_area": area_between(edges[:, 0], edges[:, 1]),
             "pressure": PASCAL * pressure * stretched, "shear": -PASCAL * shear * stretched}
         if "displacement" in names:
             values["displacement"] = ((METRE * q) @ space.vectors.T).reshape(len(q), scene.n_nodes, 2)
@@ -247,7 +251,8 @@ class ContactGalerkin(ContactMetamodel):
         self.variants = {}
         for name in data.attrs["variants"].split(","):
             space = ReducedSpace(*(data[f"{name}_space_{key}"].values for key in _SPACE))
-            finger = ReducedFinger(*(np.ascontiguousarray(data[f"{name}_{key}"].values) for key in ReducedFinger._fields))
+            finger = ReducedFinger(*(np.ascontiguousarray(data[f"{name}_{key}"].values)
+                                     for key in ReducedFinger._fields))
             self.variants[VARIANTS.index(name)] = ReducedVariant(space, finger, data[f"{name}_points"].values)
         self._warm_up()
 

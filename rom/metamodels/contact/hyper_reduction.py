@@ -1,10 +1,10 @@
 """From snapshots to a small system: bases of displacement and pressure, supremizers, and sampled points with weights.
 
-POD of displacements and of element pressures. States that nearly keep their volume leave their POD modes blind to
-pressure: the volume terms would lock, so that each pressure mode brings one more displacement, the one that feels it most
-(supremizer: Rozza and Veroy, Comput. Methods Appl. Mech. Eng. 196 (2007) 1244-1260). Energy-conserving sampling and
-weighting (Farhat, Chapman, Avery, Int. J. Numer. Methods Eng. 102 (2015) 1077-1110): few integration points with
-non-negative weights meet the reduced internal forces of training states. Non-negative weights keep the energy's convexity.
+POD of displacements and of element pressures. States that nearly keep their volume give POD modes that hardly feel a
+pressure, so that each pressure mode brings one more displacement, the one that feels it most (supremizer: Rozza and
+Veroy, Comput. Methods Appl. Mech. Eng. 196 (2007) 1244-1260). Energy-conserving sampling and weighting (Farhat,
+Chapman, Avery, Int. J. Numer. Methods Eng. 102 (2015) 1077-1110), here of integration points instead of elements: few
+of them, with non-negative weights, meet the reduced internal forces of training states.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from rom.metamodels.contact.reduced_equations import Constants, Contact, Reduced
 
 SAMPLED_STATES = 120
 """Training states whose forces the sampled points have to meet."""
+SKETCH = 800
+"""Random combinations of these states' force components that stand for all of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +152,8 @@ def reduce(finger: Finger, space: ReducedSpace) -> ReducedFinger:
     """
     r, m = space.vectors.shape[1], space.pressures.shape[1]
     gradients, weights = point_gradients(finger, space.vectors), finger._elements[1]
-    linear = np.einsum("eq,em,eqr->mr", weights, space.pressures, gradients[:, :, 0] + gradients[:, :, 3], optimize=True)
+    widening = gradients[:, :, 0] + gradients[:, :, 3]
+    linear = np.einsum("eq,em,eqr->mr", weights, space.pressures, widening, optimize=True)
     quadratic = np.zeros((m, r * r))
     for start in range(0, len(weights), 256):
         part = slice(start, start + 256)
@@ -160,11 +163,12 @@ def reduce(finger: Finger, space: ReducedSpace) -> ReducedFinger:
                - np.einsum("eq,eqi,eqj->eij", w, g[:, :, 1], g[:, :, 2], optimize=True))
         quadratic += space.pressures[part].T @ (0.5 * (det + det.transpose(0, 2, 1))).reshape(len(det), -1)
     skin = finger.mesh.skin_nodes[space.skin]
-    every = finger.mesh.skin_nodes
-    drag = sum(space.vectors[2 * every + i].T @ (finger.skin_length[:, None] * space.vectors[2 * every + i]) for i in (0, 1))
+    moved = [space.vectors[2 * finger.mesh.skin_nodes + i] for i in (0, 1)]
+    drag = sum(part.T @ (finger.skin_length[:, None] * part) for part in moved)
     whole = np.ascontiguousarray
     return ReducedFinger(
-        whole(gradients.reshape(-1, r)), whole(weights.ravel()), whole(finger.fibres.reshape(-1, *finger.fibres.shape[2:])),
+        whole(gradients.reshape(-1, r)), whole(weights.ravel()),
+        whole(finger.fibres.reshape(-1, *finger.fibres.shape[2:])),
         finger.element_volume @ space.pressures, whole(linear), whole(quadratic.reshape(m * r, r)),
         whole(space.vectors[2 * skin]), whole(space.vectors[2 * skin + 1]), whole(finger.mesh.nodes[skin, 1]),
         whole(finger.skin_length[space.skin]), whole(drag))
@@ -182,8 +186,9 @@ def displacement_shares(whole: ReducedFinger, constants: list[Constants], q: np.
                         plate_y: np.ndarray) -> np.ndarray:
     """Each point's share of the reduced isochoric forces, in the metric of the displacement that they cause.
 
-    A wrong force matters by the displacement that it causes: forces of a state are multiplied by the inverse of its reduced
-    tangent (skin held normally where it touches, free to slip), and divided by the size of its displacement.
+    A wrong force matters by the displacement that it causes: forces of a state are multiplied by the inverse of its
+    reduced tangent (skin held normally where it touches, free to slip), and divided by the size of what all of them
+    cause.
 
     Parameters
     ----------
@@ -208,15 +213,16 @@ def displacement_shares(whole: ReducedFinger, constants: list[Constants], q: np.
     for i, given in enumerate(constants):
         z = float(stretch_z[i])
         change, _ = volumes(whole, q[i], z)
-        found = assemble(whole, given._replace(friction=0.0), untouched, q[i], z, float(plate_y[i]), 0.0, given.bulk * change,
-                         0.0, False, 0.0, q[i])
+        found = assemble(whole, given._replace(friction=0.0), untouched, q[i], z, float(plate_y[i]), 0.0,
+                         given.bulk * change, 0.0, False, 0.0, q[i])
         isochoric(whole.gradients @ q[i], z, whole.fibres, unit, given.c, given.k1, given.k2, stress, tangent)
         rows[i, :r] = np.einsum("nkr,nk->rn", gradients, stress[:, :4], optimize=True)
         rows[i, r] = stress[:, 4]
         # the plate follows under given force: its row and column stay
         right = np.zeros((r + 2, n))
         right[:r + 1] = rows[i]
-        rows[i] = np.linalg.solve(found[2], right)[:r + 1] / np.linalg.norm(q[i])
+        rows[i] = np.linalg.solve(found[2], right)[:r + 1]
+        rows[i] /= np.linalg.norm(rows[i] @ whole.weights)  # a state close to a snap would outweigh all others
     return rows.reshape(-1, n)
 
 
@@ -242,7 +248,7 @@ def select_points(whole: ReducedFinger, constants: list[Constants], q: np.ndarra
     return sparse_weights(shares, whole.weights, tolerance)
 
 
-def sparse_weights(shares: np.ndarray, weights: np.ndarray, tolerance: float, most: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+def sparse_weights(shares: np.ndarray, weights: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Few points with non-negative weights that meet the training forces (ECSW's sparse non-negative least squares).
 
     Lawson and Hanson's active set, stopped as soon as the sum is met to ``tolerance`` (Chapman, Avery, Collins, Farhat,
@@ -256,35 +262,37 @@ def sparse_weights(shares: np.ndarray, weights: np.ndarray, tolerance: float, mo
         Of all points: their sum is the right-hand side.
     tolerance : float
         ||shares (found - weights)|| / ||shares weights||.
-    most : int, optional
-        Points at which to stop in any case.
 
     Returns
     -------
     points, weights : (n_kept,) ndarray
     """
     right = shares @ weights
-    value, rotation = sla.eigh(shares @ shares.T)  # rotated rows: the last ones carry nothing that the tolerance sees
-    rotation = rotation[:, value > (1e-3 * tolerance) ** 2 * value[-1]]
-    shares, right = rotation.T @ shares, rotation.T @ right
+    if len(shares) > SKETCH:  # random combinations of the rows keep distances, and the points are far fewer than they
+        mixing = np.random.default_rng(1).standard_normal((SKETCH, len(shares))) / np.sqrt(SKETCH)
+        shares, right = mixing @ shares, mixing @ right
     scale = np.linalg.norm(shares, axis=0) + 1e-300
     columns = shares / scale
     total = float(right @ right)
     goal = tolerance**2 * total
     kept: list[int] = []
+    gram: dict[int, np.ndarray] = {}
     x = np.zeros(columns.shape[1])
     while True:
         missing = right - columns[:, kept] @ x[kept]
         left, gradient = float(missing @ missing), columns.T @ missing
-        if left <= goal or len(kept) >= (most or len(x)):
+        if left <= goal:
             break
         gradient[kept] = -np.inf
         best = int(np.argmax(gradient))
         if gradient[best] <= 1e-14 * np.sqrt(total):
             break
         kept.append(best)
+        gram[best] = columns.T @ columns[:, best]
         while True:
-            trial = sla.lstsq(columns[:, kept], right, lapack_driver="gelsy")[0]
+            inner = np.array([gram[i][kept] for i in kept])
+            # the ridge is far below the tolerance; what is still missing is computed without it
+            trial = sla.solve(inner + 1e-13 * np.eye(len(kept)), columns[:, kept].T @ right, assume_a="sym")
             if (trial > 0).all():
                 x[kept] = trial
                 break

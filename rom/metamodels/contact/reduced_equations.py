@@ -1,12 +1,13 @@
 """The finger's equations on a reduced basis, compiled: residual and tangent at a trial state.
 
-Unknowns: coordinates q of the displacement ``u = Phi q`` [mm], the out-of-plane stretch, the plate's height [mm]; beside
-them coordinates of the element pressures in a basis of their own, updated linearly as in the full model.
+Unknowns: coordinates q of the displacement ``u = Phi q`` [mm], the out-of-plane stretch, the plate's height [mm];
+beside them coordinates of the element pressures in a basis of their own, updated linearly as in the full model.
 
 The dilatation of a quadrilateral in generalized plane strain is a quadratic polynomial of the displacement times the
-out-of-plane stretch, and the pressures enter linearly: the volume terms of *all* elements are projected once and are exact
-online. Only the isochoric energy is integrated at few points with weights (:mod:`rom.metamodels.contact.hyper_reduction`).
-Contact and friction are those of :mod:`rom.collagen.contact`, node by node.
+out-of-plane stretch, and the pressures enter linearly: the volume terms of *all* elements are projected once and are
+exact online. Only the isochoric energy is integrated at few points
+(:mod:`rom.metamodels.contact.hyper_reduction`). Contact and friction are those of :mod:`rom.collagen.contact`, node
+by node.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ class ReducedFinger(NamedTuple):
 class Constants(NamedTuple):
     """Of one case; stiffness per mm of length.
 
-    ``give`` [mm/MPa] is what each unit of shear moves a sticking node further than the full model's plate would let it: few
-    modes cannot hold every node of the skin where a stiff plate wants it, so that the reduced plate may hold more softly.
+    ``give`` [mm/MPa] is what each unit of shear moves a sticking node further than the full model's plate would let
+    it: few modes cannot hold every node where a stiff plate wants it, so that the reduced plate may hold more softly.
     """
 
     c: float
@@ -111,10 +112,11 @@ def isochoric(strain, stretch_z, fibres, weights, c, k1, k2, stress, tangent):
             jac = SMALLEST_JACOBIAN
         inverse = 1.0 / jac
         scale = jac ** (-2.0 / 3.0)
-        dj[0], dj[1], dj[2], dj[3], dj[4] = stretch_z * f11, -stretch_z * f10, -stretch_z * f01, stretch_z * f00, in_plane
+        dj[0], dj[1], dj[2], dj[3] = stretch_z * f11, -stretch_z * f10, -stretch_z * f01, stretch_z * f00
+        dj[4] = in_plane
         i1 = f00 * f00 + f01 * f01 + f10 * f10 + f11 * f11 + stretch_z * stretch_z
         di[0], di[1], di[2], di[3], di[4] = 2 * f00, 2 * f01, 2 * f10, 2 * f11, 2 * stretch_z
-        # every term is linear in the invariant and its derivatives: the terms of all families add up before they are expanded
+        # every term is linear in the invariants and their derivatives: all families add up before they are expanded
         first = w * c * scale
         invariant = first * i1
         diagonal = 2.0 * first
@@ -157,7 +159,8 @@ def isochoric(strain, stretch_z, fibres, weights, c, k1, k2, stress, tangent):
             t00 += 2 * w1 * a0 * a0
             t01 += 2 * w1 * a0 * a1
             t11 += 2 * w1 * a1 * a1
-        cross, square, second = -2.0 / 3.0 * inverse, 10.0 / 9.0 * invariant * inverse * inverse, -2.0 / 3.0 * invariant * inverse
+        cross, second = -2.0 / 3.0 * inverse, -2.0 / 3.0 * invariant * inverse
+        square = 10.0 / 9.0 * invariant * inverse * inverse
         for i in range(5):  # stress[p] still holds the sum of the invariants' own derivatives
             for j in range(i, 5):
                 tangent[p, i, j] += cross * (stress[p, i] * dj[j] + dj[i] * stress[p, j]) + square * dj[i] * dj[j]
@@ -276,8 +279,8 @@ def assemble(finger, constants, history, q, stretch_z, plate_y, plate_x, s, norm
     n, r, m = len(finger.weights), len(q), len(s)
     stress, point_tangent = np.empty((n, 5)), np.empty((n, 5, 5))
     strain = np.dot(finger.gradients, q)
-    largest = isochoric(strain, stretch_z, finger.fibres, finger.weights, constants.c, constants.k1, constants.k2, stress,
-                        point_tangent)
+    largest = isochoric(strain, stretch_z, finger.fibres, finger.weights, constants.c, constants.k1, constants.k2,
+                        stress, point_tangent)
     change, slope = volumes(finger, q, stretch_z)
 
     # isochoric part: G^T P and G^T A G
@@ -290,7 +293,8 @@ def assemble(finger, constants, history, q, stretch_z, plate_y, plate_x, s, norm
             row = 4 * p + i
             flat[row] = stress[p, i]
             stretch_column[row] = point_tangent[p, i, 4]
-            a0, a1, a2, a3 = point_tangent[p, i, 0], point_tangent[p, i, 1], point_tangent[p, i, 2], point_tangent[p, i, 3]
+            a0, a1 = point_tangent[p, i, 0], point_tangent[p, i, 1]
+            a2, a3 = point_tangent[p, i, 2], point_tangent[p, i, 3]
             for k in range(r):
                 product[row, k] = (a0 * finger.gradients[4 * p, k] + a1 * finger.gradients[4 * p + 1, k]
                                    + a2 * finger.gradients[4 * p + 2, k] + a3 * finger.gradients[4 * p + 3, k])
@@ -331,7 +335,7 @@ def assemble(finger, constants, history, q, stretch_z, plate_y, plate_x, s, norm
 
 @numba.njit(cache=True)
 def _add_contact(finger, constants, contact, own, tangent):
-    gap, relative, pressure, shear, shear_by_x, shear_by_gap, closed, slipping = contact
+    _, _, pressure, shear, shear_by_x, shear_by_gap, closed, _ = contact
     r = len(own) - 2
     active = np.flatnonzero(closed)
     a = len(active)

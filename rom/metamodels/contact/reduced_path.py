@@ -1,8 +1,8 @@
 """A load path of the reduced finger, compiled: Newton's steps and their adaption are those of the full model.
 
 Positions, first touch, step sizes, viscous fall-back and guards follow :mod:`rom.collagen.path` and
-:mod:`rom.collagen.equilibrium`; only the reference of the residual is the force on the plate, since a reduced model has no
-reaction at the bone.
+:mod:`rom.collagen.equilibrium`; only the reference of the residual is the force on the plate, since a reduced model has
+no reaction at the bone.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ class ReducedPath(NamedTuple):
 
 
 @numba.njit(cache=True)
-def reduced_step(finger, constants, controls, history, q0, stretch_z0, plate_y0, plate_x0, s0, plate_held, normal_force, plate_x,
-                 viscosity):
+def reduced_step(finger, constants, controls, history, q0, stretch_z0, plate_y0, plate_x0, s0, plate_held, normal_force,
+                 plate_x, viscosity):
     """The next reduced equilibrium, as `rom.collagen.equilibrium.solve_step`.
 
     Returns
@@ -86,7 +86,7 @@ def reduced_step(finger, constants, controls, history, q0, stretch_z0, plate_y0,
     q, stretch_z, plate_y, s, contact, largest_fibre
         The state; unusable where ``code`` is not 0.
     """
-    r, m = len(q0), len(s0)
+    r = len(q0)
     slid = abs(plate_x - plate_x0)
     drag = viscosity / slid if slid > 0 else 0.0
     q, stretch_z, plate_y, s = q0.copy(), stretch_z0, plate_y0, s0.copy()
@@ -118,18 +118,21 @@ def reduced_step(finger, constants, controls, history, q0, stretch_z0, plate_y0,
         step = -condensed
         s_step = constants.bulk * (change + np.dot(slope, step[:r + 1])) - s
         share = min(1.0, LARGEST_STEP / max(np.abs(step).max(), 1e-300))
-        if iteration >= PATIENCE and sizes[iteration + 1 - PATIENCE:iteration + 1].min() > 0.7 * sizes[:iteration + 1 - PATIENCE].min():
-            share *= DAMPING
+        lately = max(iteration + 1 - PATIENCE, 1)
+        if iteration >= PATIENCE and sizes[lately:iteration + 1].min() > 0.7 * sizes[:lately].min():
+            share *= DAMPING  # contact states take turns: a shorter step breaks the circle
         usable = False
         for _ in range(CUTS):
             q_new, s_new = q + share * step[:r], s + share * s_step
             stretch_new, plate_new = stretch_z + share * step[r], plate_y + share * step[r + 1]
             own, condensed, tangent, change, slope, contact, largest = assemble(
-                finger, constants, history, q_new, stretch_new, plate_new, plate_x, s_new, normal_force, False, drag, q0)
+                finger, constants, history, q_new, stretch_new, plate_new, plate_x, s_new, normal_force, False, drag,
+                q0)
             if rigid:
                 own[r] = 0.0
             grown = np.sqrt(np.sum(own[:n_free] ** 2))
-            if not np.isnan(largest) and (iteration == 0 or grown < GROWTH * sizes[max(0, iteration - 2):iteration + 1].max()):
+            least = GROWTH * sizes[max(0, iteration - 2):iteration + 1].max()
+            if not np.isnan(largest) and (iteration == 0 or grown < least):
                 usable = True
                 break
             share *= 0.5
@@ -240,7 +243,8 @@ def reduced_path(finger, constants, controls, normal_force, travel, viscosities)
             force = full if sliding else reached + size
             x = reached + size + lag if sliding else plate_x
             code, n, q1, stretch1, plate1, s1, contact, largest = reduced_step(
-                finger, constants, controls, history, q, stretch_z, plate_y, plate_x, s, False, force, x, viscosities[level])
+                finger, constants, controls, history, q, stretch_z, plate_y, plate_x, s, False, force, x,
+                viscosities[level])
             iterations += n
             if code == CONVERGED and largest > FIBRE_CAP:
                 code = FIBRE_TORN
@@ -251,8 +255,8 @@ def reduced_path(finger, constants, controls, normal_force, travel, viscosities)
                         level += 1
                         step = 0.05
                         continue
-                    return ReducedPath(filled, q_out, scalars[0], scalars[1], s_out, pressure_out, shear_out, scalars[2],
-                                       scalars[3], steps, iterations, reached, code)
+                    return ReducedPath(filled, q_out, scalars[0], scalars[1], s_out, pressure_out, shear_out,
+                                       scalars[2], scalars[3], steps, iterations, reached, code)
                 continue
             reached += size
             q, stretch_z, plate_y, plate_x, s, history = q1, stretch1, plate1, x, s1, history_of(contact)
@@ -267,5 +271,5 @@ def reduced_path(finger, constants, controls, normal_force, travel, viscosities)
         scalars[0, position], scalars[1, position] = stretch_z, plate_y
         scalars[2, position], scalars[3, position] = viscosities[level], largest
         filled = position + 1
-    return ReducedPath(filled, q_out, scalars[0], scalars[1], s_out, pressure_out, shear_out, scalars[2], scalars[3], steps,
-                       iterations, reached, CONVERGED)
+    return ReducedPath(filled, q_out, scalars[0], scalars[1], s_out, pressure_out, shear_out, scalars[2], scalars[3],
+                       steps, iterations, reached, CONVERGED)

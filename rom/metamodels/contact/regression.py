@@ -7,15 +7,14 @@ from typing import ClassVar
 import numpy as np
 
 from rom.metamodels.contact.kriging import Regressor, fit_regressor
-from rom.metamodels.contact.on_modes import OnModes
+from rom.metamodels.contact.on_modes import OnModes, restored, stored
 from rom.scenes import FingerOnGlass
 
 REGRESSORS = ("gp", "ridge", "neighbours")
-ARRAYS = ("centre", "scale", "inputs", "weights")
 
 
 class ContactRegression(OnModes):
-    """POD coordinates of the whole path at once: kinks of slip and contact are learned where they are.
+    """POD coordinates of the whole path at once.
 
     Parameters
     ----------
@@ -24,15 +23,18 @@ class ContactRegression(OnModes):
     regressor : {"gp", "ridge", "neighbours"}
         Gaussian process with a length scale for each of the four ratios; polynomial of second degree; the nearest
         paths by inverse square distance.
+    registration : {"auto", "slip", "none"}
+        See :class:`rom.metamodels.contact.on_modes.OnModes`.
     """
 
     name: ClassVar[str] = "pod-regression"
     summary: ClassVar[str] = "learns POD coordinates of whole paths from four ratios of the inputs, a variant at a time"
 
-    def __init__(self, scene: FingerOnGlass, rank: int | None = 40, regressor: str = "gp") -> None:
+    def __init__(self, scene: FingerOnGlass, rank: int | None = 40, regressor: str = "gp",
+                 registration: str = "auto") -> None:
         if regressor not in REGRESSORS:
             raise ValueError(f"regressor={regressor!r} is unknown: choose from {', '.join(REGRESSORS)}")
-        super().__init__(scene, rank, regressor=regressor)
+        super().__init__(scene, rank, registration, regressor=regressor)
 
     def _forget(self) -> None:
         super()._forget()
@@ -49,9 +51,7 @@ class ContactRegression(OnModes):
         return self._regressors[v](features).reshape(len(features), *self._means[v].shape)
 
     def _learned(self, v: int) -> dict[str, np.ndarray]:
-        found = self._regressors[v]
-        return {**{name: getattr(found, name) for name in ARRAYS}, "number": np.array([found.number])}
+        return stored(self._regressors[v])
 
     def _keep_learned(self, v: int, arrays: dict[str, np.ndarray]) -> None:
-        self._regressors[v] = Regressor(self.settings["regressor"], *(arrays[name] for name in ARRAYS),
-                                        float(arrays["number"][0]))
+        self._regressors[v] = restored(self.settings["regressor"], arrays)

@@ -1,0 +1,1 @@
+"""The interactive fingertip: a page on loopback, and the same page as one file."""

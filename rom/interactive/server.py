@@ -1,0 +1,269 @@
+"""The page over HTTP and its socket, on loopback: the page's own files from a fixed list, and nothing else.
+
+A browser lets any page of the net send requests to loopback; hence the check of Host (against rebinding of names) and
+of Origin (against foreign pages) on every request.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import contextlib
+import errno
+import hashlib
+import ipaddress
+import logging
+import re
+import signal
+import socket
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from rom.errors import RomError
+from rom.interactive.connection import Connection, Desk
+from rom.interactive.download import FORMATS, field_file
+from rom.interactive.engine import Engine
+from rom.interactive.state import from_query
+from rom.interactive.wire import LARGEST_REQUEST
+
+log = logging.getLogger(__name__)
+
+PAGE = Path(__file__).parent / "page"
+MEDIA_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
+               ".png": "image/png", ".json": "application/json", ".ico": "image/x-icon", ".md": "text/plain"}
+"""Of the page's files; one of another ending is plain text."""
+LOOPBACK = ("localhost", "127.0.0.1", "::1")
+MOST_CONNECTIONS = 32
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def make_application(engine: Engine, host: str = "127.0.0.1", folder: Path = PAGE) -> web.Application:
+    """The server's application.
+
+    Parameters
+    ----------
+    engine : Engine
+    host : str
+        Address that it will listen on; names in Host and Origin must be loopback's or this.
+    folder : Path
+        The page's files; those that lie there now are served.
+    """
+    site = Site(engine, host, folder)
+    application = web.Application(middlewares=[site.guard], client_max_size=LARGEST_REQUEST)
+    application.router.add_get("/", site.index)
+    application.router.add_get("/page/{name:.+}", site.static)
+    application.router.add_get("/save/{name}", site.save)
+    application.router.add_get("/socket", site.socket)
+    application.on_startup.append(site.begin)
+    application.on_shutdown.append(site.close_sockets)
+    application.on_cleanup.append(site.close)
+    return application
+
+
+class Site:
+    """Handlers of the application's routes; arguments as in `make_application`."""
+
+    def __init__(self, engine: Engine, host: str, folder: Path) -> None:
+        self.engine, self.host = engine, host.lower()
+        self.desk = Desk(engine)
+        self.files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*"))
+                      if path.is_file() and not path.is_symlink()}
+        self.sockets: set[web.WebSocketResponse] = set()
+        self._headers = {
+            "Content-Security-Policy": self._policy(), "X-Content-Type-Options": "nosniff",
+            "X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache",
+            "Cross-Origin-Resource-Policy": "same-origin"}
+
+    # ---- who may ask ----------------------------------------------------------------------------------------
+
+    @web.middleware
+    async def guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        """Refuse foreign hosts and origins; turn what goes wrong into one sentence."""
+        if not self._is_ours(request.headers.get("Host", "")):
+            return self._refusal(403, "the Host of this request is not this server's: open the address that it printed")
+        origin = request.headers.get("Origin")
+        if origin is not None and not self._same_origin(origin, request.headers["Host"]):
+            return self._refusal(403, "another page may not talk to this server: open the address that it printed")
+        if request.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site") and request.path != "/":
+            return self._refusal(403, "another page may not talk to this server: open the address that it printed")
+        try:
+            response = await handler(request)
+        except web.HTTPException as error:
+            return self._refusal(error.status, f"{error.reason}: the page is at /")
+        except (RomError, ValueError) as error:
+            return self._refusal(400, " ".join(str(error).split()))
+        except (asyncio.CancelledError, ConnectionError):
+            raise
+        except Exception:  # a fault of ours must not show its insides
+            log.exception("a request could not be answered")
+            return self._refusal(500, "the server could not answer this: its log says why")
+        if not response.prepared:
+            response.headers.update(self._headers)
+        return response
+
+    def _is_ours(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False
+        if name in LOOPBACK or name == self.host:
+            return True
+        if self.host in ("0.0.0.0", "::"):  # every address of this machine was asked for; names can be rebound
+            with contextlib.suppress(ValueError):
+                ipaddress.ip_address(name)
+                return True
+            return name == socket.gethostname().lower()
+        return False
+
+    @staticmethod
+    def _same_origin(origin: str, host: str) -> bool:
+        try:
+            found = urlsplit(origin)
+        except ValueError:
+            return False
+        return found.scheme == "http" and found.netloc.lower() == host.lower()
+
+    def _refusal(self, status: int, text: str) -> web.Response:
+        return web.Response(status=status, text=f"{text}\n", headers=self._headers)
+
+    def _policy(self) -> str:
+        """Scripts from here alone, and those within the page by their digest."""
+        digests = []
+        if "index.html" in self.files:
+            text = self.files["index.html"].read_text(encoding="utf-8")
+            for script in re.findall(r"<script(?![^>]*\ssrc=)[^>]*>(.*?)</script>", text, re.DOTALL):
+                digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+                digests.append(f"'sha256-{digest}'")
+        return "; ".join([
+            "default-src 'none'", f"script-src {' '.join([chr(39) + 'self' + chr(39), *digests])}",
+            "style-src 'self' 'unsafe-inline'", "img-src 'self' data: blob:", "connect-src 'self'", "font-src 'self'",
+            "worker-src 'self' blob:", "base-uri 'none'", "form-action 'none'", "frame-ancestors 'none'"])
+
+    # ---- what can be asked for ------------------------------------------------------------------------------
+
+    async def index(self, request: web.Request) -> web.StreamResponse:
+        """The page, whose address must hold a state or nothing."""
+        from_query(request.rel_url.raw_query_string, self.engine.limits)
+        return self._file("index.html")
+
+    async def static(self, request: web.Request) -> web.StreamResponse:
+        """One of the page's own files."""
+        return self._file(request.match_info["name"])
+
+    def _file(self, name: str) -> web.StreamResponse:
+        path = self.files.get(name)
+        if path is None:
+            raise web.HTTPNotFound
+        kind = MEDIA_TYPES.get(path.suffix, "text/plain")
+        return web.Response(body=path.read_bytes(), content_type=kind,
+                            charset="utf-8" if kind.startswith("text/") else None)
+
+    async def save(self, request: web.Request) -> web.StreamResponse:
+        """The field of a state as a file."""
+        name = request.match_info["name"]
+        if name not in FORMATS:
+            raise web.HTTPNotFound
+        state = from_query(request.rel_url.raw_query_string, self.engine.limits)
+        answer = await self.desk.answer(state)
+        content = await self.desk.run(self.desk.slow, field_file, self.engine, state, answer, name)
+        return web.Response(body=content, content_type=FORMATS[name],
+                            headers={"Content-Disposition": f'attachment; filename="fingertip-{name}"'})
+
+    async def socket(self, request: web.Request) -> web.StreamResponse:
+        """A browser's connection."""
+        if len(self.sockets) >= MOST_CONNECTIONS:
+            return self._refusal(503, f"{MOST_CONNECTIONS} pages are open already: close one")
+        # compression costs more time than loopback
+        ws = web.WebSocketResponse(max_msg_size=LARGEST_REQUEST, compress=False, heartbeat=30.0)
+        await ws.prepare(request)
+        self.sockets.add(ws)
+        connection = Connection(self.desk, ws.send_bytes)
+        try:
+            async for message in ws:
+                if message.type is WSMsgType.TEXT:
+                    await connection.take(message.data)
+                else:
+                    await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"requests are JSON text")
+        except ConnectionError:
+            pass
+        finally:
+            self.sockets.discard(ws)
+            await connection.close()
+        return ws
+
+    async def begin(self, _: web.Application) -> None:
+        """Begin what takes a moment and no first picture waits for."""
+        self._beginning = asyncio.create_task(self.desk.matrices())
+
+    async def close_sockets(self, _: web.Application) -> None:
+        """Tell every browser that the server ends."""
+        for ws in list(self.sockets):
+            await ws.close(code=WSCloseCode.GOING_AWAY, message=b"the server has ended")
+
+    async def close(self, _: web.Application) -> None:
+        """End threads and processes."""
+        self._beginning.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await self._beginning
+        self.desk.close()
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A bound socket, so that a taken port is known before anything is computed.
+
+    Raises
+    ------
+    ValueError
+        Where the port is taken or the address is not this machine's; one sentence.
+    """
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+    except (OSError, UnicodeError) as error:
+        raise ValueError(f"the host {host!r} has no address: give one of this machine, such as 127.0.0.1") from error
+    bound = socket.socket(family, kind, protocol)
+    try:
+        if hasattr(socket, "SO_REUSEADDR"):
+            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        bound.bind(address)
+        bound.listen(128)
+    except OSError as error:
+        bound.close()
+        if error.errno == errno.EADDRINUSE:
+            raise ValueError(f"port {port} is in use: give another with --port, or --port 0 for a free one") from error
+        if error.errno in (errno.EACCES, errno.EPERM):
+            raise ValueError(f"port {port} may not be opened by this user: give one from 1024 up") from error
+        raise ValueError(f"{host} port {port} cannot be listened on ({error.strerror}): give an address of this "
+                         "machine, such as 127.0.0.1") from error
+    return bound
+
+
+def address_of(bound: socket.socket) -> str:
+    """What to open in a browser."""
+    host, port = bound.getsockname()[:2]
+    host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
+
+
+def serve(application: web.Application, bound: socket.socket, ready: Callable[[], None]) -> None:
+    """Serve until the process is interrupted or terminated."""
+    asyncio.run(_serve(application, bound, ready))
+
+
+async def _serve(application: web.Application, bound: socket.socket, ready: Callable[[], None]) -> None:
+    ended = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for name in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):  # Windows: KeyboardInterrupt ends asyncio.run there
+            loop.add_signal_handler(name, ended.set)
+    runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0)
+    await runner.setup()
+    try:
+        await web.SockSite(runner, bound).start()
+        ready()
+        await ended.wait()
+    finally:
+        await runner.cleanup()

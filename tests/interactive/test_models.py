@@ -1,0 +1,96 @@
+"""Models come from the cache, are fitted where it lacks them, and are the ones that a comparison fits."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from rom.commands.progress import patient_bar
+from rom.comparison.entries import fit_entries
+from rom.comparison.settings import QUICK_CURVES
+from rom.comparison.side_by_side import SEED, beyond_count, find_truth, no_progress
+from rom.interactive import models as offered
+from rom.interactive.models import MODAL, REFERENCE, Models
+from rom.metamodels.validity import ValidityWarning
+from rom.scenes import CaseArrays
+
+
+@pytest.fixture
+def few(monkeypatch, tmp_path):
+    """A cache of its own, few cases, and POD alone to learn."""
+    monkeypatch.setenv("ROM_CACHE", str(tmp_path))
+    curves = {name: {method: curve for method, curve in curves.items() if method in ("direct", "pod-galerkin")}
+              for name, curves in QUICK_CURVES.items()}
+    monkeypatch.setattr(offered, "QUICK_CURVES", {
+        name: {**curves, **{method: QUICK_CURVES[name][method] for method in ("superposition", "mlp", "transformer")
+                            if method in QUICK_CURVES[name]}}
+        for name, curves in curves.items()})
+    monkeypatch.setattr(offered, "QUICK_CASES", 96)
+    monkeypatch.setattr(offered, "_torch_is_there", lambda: False)
+    return curves
+
+
+def recorded(steps):
+    def progress(items, title):
+        for item in items:
+            steps.append((title, item))
+            yield item
+    return progress
+
+
+def test_the_first_start_fits_and_the_next_one_reads(few, tiny_tip):
+    first, again = [], []
+    Models(tiny_tip, quick=True).prepare(recorded(first))
+    assert [method for _, (method, _) in first] == ["superposition", *reversed(MODAL)]
+    models = Models(tiny_tip, quick=True)
+    models.prepare(recorded(again))
+    assert again == []
+    assert models.is_loaded(REFERENCE, True)
+    assert not models.is_loaded("modal", True)
+    assert models.model("modal", False) is models.model("modal", True)
+
+
+def test_a_damaged_model_is_fitted_again(few, tiny_tip, caplog):
+    models = Models(tiny_tip, quick=True)
+    models.prepare(recorded([]))
+    models.sources[REFERENCE, True].path.write_bytes(b"no netCDF")
+    with caplog.at_level(logging.WARNING):
+        again = Models(tiny_tip, quick=True)
+        again.prepare(recorded([]))
+    assert "fitted again" in caplog.text
+    one = CaseArrays(np.array([[2]]), np.array([[0.1]]), np.array([90.0]), np.array([0.2]))
+    values = [each.model(REFERENCE, True).evaluate(one, "field") for each in (models, again)]
+    np.testing.assert_allclose(values[1], values[0], rtol=1e-9, atol=1e-12 * np.abs(values[0]).max())
+
+
+def test_what_learns_is_fitted_on_demand_just_as_a_comparison_fits_it(few, tiny_tip, monkeypatch):
+    models = Models(tiny_tip, quick=True)
+    assert "has not been fitted" in models.reason("pod-galerkin", True)
+    models.fit_all(recorded([]))
+    assert models.reason("pod-galerkin", True) == models.reason("pod-galerkin", False) == ""
+    assert "needs torch" in models.reason("mlp", True)
+    with pytest.raises(ValueError, match="needs torch"):
+        models.model("transformer", False)
+    scene = models.harmonic
+    truth = find_truth(scene, 96, beyond_count(96), SEED, no_progress)
+    entries, _ = fit_entries(scene, few[scene.name], truth, iter)
+    headline = next(entry for entry in entries if entry.method == "pod-galerkin" and entry.headline)
+    assert headline.keys["published"] == models.sources["pod-galerkin", True].path.stem
+    cases = scene.sample(3, seed=4)
+    with pytest.warns(ValidityWarning):
+        expected = headline.model.predict(scene.cases_from(cases))
+    np.testing.assert_array_equal(models.model("pod-galerkin", True).evaluate(cases, "field"), scene.values(expected))
+
+
+def test_what_cannot_be_fitted_is_left_out_with_its_reason(few, tiny_tip, monkeypatch, caplog):
+    monkeypatch.setattr(offered, "QUICK_CASES", 16)
+    models = Models(tiny_tip, quick=True)
+    models.fit_all(recorded([]))
+    assert "pod-galerkin is left out: rank 60 is out of reach" in caplog.text
+    assert models.reason("pod-galerkin", False) == ""
+    assert "has not been fitted" in models.reason("pod-galerkin", True)
+
+
+def test_the_patient_bar_hands_on_every_step(capsys):
+    assert list(patient_bar(["a", "b"], "fitting")) == ["a", "b"]
+    assert capsys.readouterr().out == ""
