@@ -101,7 +101,7 @@ def _variant(values: np.ndarray) -> np.ndarray:
         raise ValueError(f"variant is of type {values.dtype}: give names of {', '.join(VARIANTS)}, or their positions")
     for value in values:
         if value not in VARIANTS:
-            raise ValueError(f"{shown(value)} is no arrangement of fibres: choose from {', '.join(VARIANTS)}")
+            raise ValueError(f"{shown(str(value))} is no arrangement of fibres: choose from {', '.join(VARIANTS)}")
     return np.array([VARIANTS.index(v) for v in values], dtype=np.int64)
 
 
