@@ -61,10 +61,10 @@ class ContactGalerkin(ContactMetamodel):
     sampling : float, optional
         Tolerance of the sampled points: relative displacement error that they may cause in training states; None keeps
         every integration point.
-    stick_stiffness : float [MPa/mm], optional
-        Of the plate against tangential motion of a sticking node. Few modes cannot hold every node as stiffly as the
-        full model's 5 MPa/mm: a softer plate saves Newton's iterations, and what it gives way on average is put back.
-        None: the full model's.
+    contact_stiffness, stick_stiffness : float [MPa/mm], optional
+        Of the plate against penetration and against tangential motion of a sticking node. Few modes cannot hold every
+        node as stiffly as the full model's 20 and 5 MPa/mm: pressures become rough and Newton's method slow. What a
+        softer plate gives way on average is put back. None: the full model's.
     tolerance : float
         Of Newton's iteration, over the force on the plate.
     """
@@ -74,19 +74,20 @@ class ContactGalerkin(ContactMetamodel):
                               "integrated at few points")
 
     def __init__(self, scene: FingerOnGlass, rank: int = 20, pressure_rank: int = 10, sampling: float | None = 2e-3,
-                 stick_stiffness: float | None = 0.5, tolerance: float = 1e-6) -> None:
+                 contact_stiffness: float | None = 1.0, stick_stiffness: float | None = 0.15,
+                 tolerance: float = 1e-6) -> None:
         for name, value, most in (("rank", rank, 400), ("pressure_rank", pressure_rank, 200)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= most:
                 raise ValueError(f"{name}={shown(value)} is no number of modes: give a whole number from 1 to {most}")
-        numbers = {"sampling": (sampling, 1e-8, 0.5), "stick_stiffness": (stick_stiffness, 1e-3, 1e3),
-                   "tolerance": (tolerance, 1e-10, 1e-2)}
+        numbers = {"sampling": (sampling, 1e-8, 0.5), "contact_stiffness": (contact_stiffness, 1e-3, 1e3),
+                   "stick_stiffness": (stick_stiffness, 1e-3, 1e3), "tolerance": (tolerance, 1e-10, 1e-2)}
         for name, (number, low, high) in numbers.items():
             if number is None and name != "tolerance":
                 continue
             if isinstance(number, bool) or not isinstance(number, int | float) or not low <= number <= high:
                 raise ValueError(f"{name}={shown(number)} is out of range: give {low:g} to {high:g}")
         super().__init__(scene, rank=rank, pressure_rank=pressure_rank, sampling=sampling,
-                         stick_stiffness=stick_stiffness, tolerance=tolerance)
+                         contact_stiffness=contact_stiffness, stick_stiffness=stick_stiffness, tolerance=tolerance)
         self.variants: dict[int, ReducedVariant] = {}
         self.stage_seconds: dict[str, float] = {}
         """What the offline stages took [s]."""
@@ -134,11 +135,12 @@ class ContactGalerkin(ContactMetamodel):
     def _constants(self, paths: PathArrays, i: int) -> Constants:
         finger = self.scene.finger(paths, i)
         tissue, plate = finger.tissue, finger.plate
-        stiff = float(plate.tangential_stiffness)
-        wanted_stick = self.settings["stick_stiffness"]
-        stick = stiff if wanted_stick is None else min(stiff, float(wanted_stick))
+        hold, stick = plate.normal_stiffness, plate.tangential_stiffness
+        soft_hold = min(hold, self.settings["contact_stiffness"] or hold)
+        soft_stick = min(stick, self.settings["stick_stiffness"] or stick)
         return Constants(tissue.c, float(tissue.k1 or 0.0), tissue.k2, tissue.bulk,
-                         float(finger.out_of_plane.stiffness), float(plate.friction), float(plate.normal_stiffness), stick, 1 / stick - 1 / stiff)
+                         float(finger.out_of_plane.stiffness), float(plate.friction), float(soft_hold),
+                         float(soft_stick), 1 / soft_stick - 1 / stick, 1 / soft_hold - 1 / hold)
 
     def _follow(self, paths: PathArrays, i: int) -> ReducedPath:
         from rom.metamodels.contact.reduced_path import Controls, reduced_path

@@ -19,9 +19,11 @@ import scipy.sparse.linalg as spl
 from rom.collagen.finger import Finger
 from rom.metamodels.contact.reduced_equations import Constants, Contact, ReducedFinger, assemble, isochoric, volumes
 
-SAMPLED_STATES = 120
+SAMPLED_STATES = 80
 """Training states whose forces the sampled points have to meet."""
-SKETCH = 800
+LIGHT_TOUCH = 1e-3
+"""Depth to which the plate goes at least when the stiffness of a training state is made [mm]."""
+SKETCH = 500
 """Random combinations of these states' force components that stand for all of them."""
 
 
@@ -213,7 +215,9 @@ def displacement_shares(whole: ReducedFinger, constants: list[Constants], q: np.
     for i, given in enumerate(constants):
         z = float(stretch_z[i])
         change, _ = volumes(whole, q[i], z)
-        found = assemble(whole, given._replace(friction=0.0), untouched, q[i], z, float(plate_y[i]), 0.0,
+        # the modes may miss a light touch, without which nothing would hold the plate
+        height = max(float(plate_y[i]), float((whole.height + whole.skin_y @ q[i]).min()) + LIGHT_TOUCH)
+        found = assemble(whole, given._replace(friction=0.0), untouched, q[i], z, height, 0.0,
                          given.bulk * change, 0.0, False, 0.0, q[i])
         isochoric(whole.gradients @ q[i], z, whole.fibres, unit, given.c, given.k1, given.k2, stress, tangent)
         rows[i, :r] = np.einsum("nkr,nk->rn", gradients, stress[:, :4], optimize=True)
@@ -268,22 +272,32 @@ def sparse_weights(shares: np.ndarray, weights: np.ndarray, tolerance: float) ->
     points, weights : (n_kept,) ndarray
     """
     right = shares @ weights
+    every, whole = shares, right
     if len(shares) > SKETCH:  # random combinations of the rows keep distances, and the points are far fewer than they
         mixing = np.random.default_rng(1).standard_normal((SKETCH, len(shares))) / np.sqrt(SKETCH)
         shares, right = mixing @ shares, mixing @ right
     scale = np.linalg.norm(shares, axis=0) + 1e-300
     columns = shares / scale
+    projected = columns.T @ right
     total = float(right @ right)
     goal = tolerance**2 * total
     kept: list[int] = []
     gram: dict[int, np.ndarray] = {}
+    refused: list[int] = []
+    best, last = -1, np.inf
     x = np.zeros(columns.shape[1])
     while True:
         missing = right - columns[:, kept] @ x[kept]
         left, gradient = float(missing @ missing), columns.T @ missing
         if left <= goal:
-            break
-        gradient[kept] = -np.inf
+            if np.linalg.norm(every[:, kept] @ (x[kept] / scale[kept]) - whole) <= tolerance * np.linalg.norm(whole):
+                break
+            goal = 0.8 * left  # the random combinations are a little kinder than the rows themselves
+        if left >= last:  # rounding: the last point brought nothing
+            refused.append(best)
+        else:
+            refused, last = [], left
+        gradient[kept + refused] = -np.inf
         best = int(np.argmax(gradient))
         if gradient[best] <= 1e-14 * np.sqrt(total):
             break
@@ -292,7 +306,7 @@ def sparse_weights(shares: np.ndarray, weights: np.ndarray, tolerance: float) ->
         while True:
             inner = np.array([gram[i][kept] for i in kept])
             # the ridge is far below the tolerance; what is still missing is computed without it
-            trial = sla.solve(inner + 1e-13 * np.eye(len(kept)), columns[:, kept].T @ right, assume_a="sym")
+            trial = sla.solve(inner + 1e-13 * np.eye(len(kept)), projected[kept], assume_a="sym")
             if (trial > 0).all():
                 x[kept] = trial
                 break

@@ -54,8 +54,9 @@ class ReducedFinger(NamedTuple):
 class Constants(NamedTuple):
     """Of one case; stiffness per mm of length.
 
-    ``give`` [mm/MPa] is what each unit of shear moves a sticking node further than the full model's plate would let
-    it: few modes cannot hold every node where a stiff plate wants it, so that the reduced plate may hold more softly.
+    ``give`` and ``dent`` [mm/MPa] are what each unit of shear and of pressure moves a node further than the full
+    model's plate would let it: few modes cannot hold every node where a stiff plate wants it, so that the reduced plate
+    may be softer.
     """
 
     c: float
@@ -67,6 +68,7 @@ class Constants(NamedTuple):
     normal_stiffness: float
     tangential_stiffness: float
     give: float = 0.0
+    dent: float = 0.0
 
 
 class Contact(NamedTuple):

@@ -47,6 +47,7 @@ class ReducedPath(NamedTuple):
 
     q : (p, r) ndarray [mm]
     stretch_z, plate_y : (p,) ndarray
+        The height without what a softer plate lets the skin sink in on average.
     pressure_coordinates : (p, m) ndarray
     pressure, shear : (p, s) ndarray [MPa]
         Over undeformed skin, at the skin nodes that may touch.
@@ -268,7 +269,8 @@ def reduced_path(finger, constants, controls, normal_force, travel, viscosities)
         reached = target
         q_out[position], s_out[position] = q, s
         pressure_out[position], shear_out[position] = contact[2], contact[3]
-        scalars[0, position], scalars[1, position] = stretch_z, plate_y
+        sunk = constants.dent * np.dot(finger.skin_length, contact[2]) / np.sum(finger.skin_length[contact[6]])
+        scalars[0, position], scalars[1, position] = stretch_z, plate_y - sunk
         scalars[2, position], scalars[3, position] = viscosities[level], largest
         filled = position + 1
     return ReducedPath(filled, q_out, scalars[0], scalars[1], s_out, pressure_out, shear_out, scalars[2], scalars[3],
