@@ -201,7 +201,7 @@ def _client(stack: ExitStack, scheduler: str | None, workers: int):
 
     if scheduler is None:
         cluster = stack.enter_context(LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=40))
+            n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=40))
         return Client(cluster)
     try:
         return Client(scheduler, timeout=10)

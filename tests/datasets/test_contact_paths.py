@@ -97,11 +97,11 @@ def test_killed_run_goes_on_from_its_pieces(scene, made, tmp_path, monkeypatch):
                                rtol=1e-6, atol=1e-9)
 
 
-def test_local_cluster_and_existing_one_answer_alike(scene, made, tmp_path):
+def test_cluster_by_address_answers_like_none(scene, made, tmp_path):
     from distributed import LocalCluster
 
     expected = read_path_dataset(made)
-    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as cluster:
         path = make_paths(scene, 5, tmp_path / "by-address.nc", beyond=1, seed=2, scheduler=cluster.scheduler_address)
     found = read_path_dataset(path)
     for name in QUANTITIES:

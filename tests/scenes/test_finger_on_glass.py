@@ -106,7 +106,7 @@ def test_missing_and_misshapen_variables_are_refused(scene):
 
 @pytest.mark.parametrize(("options", "message"), [
     ({"rays": 3}, "rays=3 is no number of elements"), ({"seed": -1}, "seed=-1 is no seed"),
-    ({"outputs": "pad"}, "outputs='pad' is unknown"), ({"section": 3}, r"build one with rom\.collagen\.section\.Section"),
+    ({"outputs": "pad"}, "outputs='pad' is unknown"), ({"section": 3}, "the section is 3: build one"),
     ({"section": {"girth": 1.0}}, "a section has no 'girth'"), ({"effective_length": 0.0}, "effective_length=0.0"),
     ({"section": {"bone_width": 30.0}}, "reaches out of a skin"),
     ({"out_of_plane_stiffness": -1.0}, "out_of_plane_stiffness=-1.0 is out of range")])

@@ -65,8 +65,9 @@ def model(row, scene, train):
 
 
 @pytest.fixture(scope="module")
-def paths(scene):
-    return scene.sample(4, seed=9)  # two of the first variant: a batch of mixed variants
+def paths(row, scene):
+    """A batch of mixed variants, two of the first; two paths where each is solved."""
+    return scene.sample(2 if ROWS[row][0] in SOLVERS else 4, seed=9)
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +117,7 @@ def test_a_refit_forgets_the_first_fit(row, scene, train, answer, paths):
 
 
 def test_predict_is_pure(model, scene, paths):
-    cases = scene.cases_from(paths.take(slice(0, 2)))
+    cases = scene.cases_from(paths.take(slice(0, 1)))
     before = cases.copy(deep=True)
     first = model.predict(cases)
     second = model.predict(cases)
@@ -127,7 +128,7 @@ def test_predict_is_pure(model, scene, paths):
 
 
 def test_predict_labels_like_the_dataset_and_carries_no_truth(model, train):
-    found = model.predict(train.isel(path=slice(0, 2)))
+    found = model.predict(train.isel(path=slice(0, 1)))
     for name in QUANTITIES:
         assert found[name].dims == train[name].dims
         assert found[name].attrs["units"] == train[name].attrs["units"]
@@ -208,10 +209,10 @@ def test_learners_refuse_what_they_cannot_learn_from(row, scene, train, static_d
 
 
 def test_paths_outside_the_trained_ranges_are_named(row, model, scene):
-    beyond = scene.cases_from(scene.sample_beyond(3, seed=1))
     if not model.learns:
-        assert (model.predict(beyond)["validity"] == "").all()
+        assert model.reasons(scene.sample_beyond(3, seed=1)) == [""] * 3
         return
+    beyond = scene.cases_from(scene.sample_beyond(3, seed=1))
     with pytest.warns(ValidityWarning, match="lies outside the trained"):
         found = model.predict(beyond)
     assert all("lies outside the trained" in str(text) for text in found["validity"].values)
@@ -247,7 +248,8 @@ def test_linear_methods_do_not_apply(scene):
             create(name, scene)
 
 
-def test_seed_decides_the_network(scene, train, paths):
+def test_seed_decides_the_network(scene, train):
+    paths = scene.sample(3, seed=9)
     first, same, other = (create("mlp", scene, **NETWORK | {"seed": seed}).fit(train).evaluate(paths)["displacement"]
                           for seed in (5, 5, 6))
     np.testing.assert_array_equal(first, same)
