@@ -156,7 +156,7 @@ class _Walk:
                     return
             approach *= 0.5
         if isinstance(step, FailedStep):
-            raise _Stuck(f"the path ends where the plate touches, with {step.reason} however small the approach; the "
+            raise _Stuck(f"the path ends before the plate touches: {step.reason} however small the approach; the "
                          "finger is left at rest: give a stiffer tissue or softer penalties")
         raise _Stuck(f"the path ends where the plate touches: its first force of "
                      f"{force * self.finger.out_of_plane.effective_length:g} N is passed by the smallest approach; the "
