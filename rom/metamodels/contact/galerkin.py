@@ -73,8 +73,8 @@ class ContactGalerkin(ContactMetamodel):
     summary: ClassVar[str] = ("solves the full model's equations on the principal directions of its own states, "
                               "integrated at few points")
 
-    def __init__(self, scene: FingerOnGlass, rank: int = 20, pressure_rank: int = 10, sampling: float | None = 2e-3,
-                 contact_stiffness: float | None = 1.0, stick_stiffness: float | None = 0.15,
+    def __init__(self, scene: FingerOnGlass, rank: int = 30, pressure_rank: int = 10, sampling: float | None = 5e-3,
+                 contact_stiffness: float | None = 2.0, stick_stiffness: float | None = 0.3,
                  tolerance: float = 1e-6) -> None:
         for name, value, most in (("rank", rank, 400), ("pressure_rank", pressure_rank, 200)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= most:
@@ -227,6 +227,39 @@ class ContactGalerkin(ContactMetamodel):
             rows = displacement[i].reshape(len(displacement[i]), -1)
             found[i] = ((rows @ vectors) @ vectors.T).reshape(displacement[i].shape)
         return found
+
+    def full_residual(self, paths: PathArrays) -> np.ndarray:
+        """Indicator without a reference: what the full model's equilibrium misses at the reduced states.
+
+        One full assembly a position: dearer than the answer itself.
+
+        Parameters
+        ----------
+        paths : PathArrays
+
+        Returns
+        -------
+        (n_path, n_position) ndarray
+            Norm of the nodes' unbalanced forces under the reduced tractions, over that of the bone's reaction.
+        """
+        from dataclasses import replace
+
+        self._check_fitted()
+        answer = np.full((len(paths), self.scene.n_positions), np.nan)
+        for i in range(len(paths)):
+            finger, one = self.scene.finger(paths, i), self.variants[int(paths.variant[i])]
+            found = self._follow(paths, i)
+            skin, length = finger.mesh.skin_nodes[one.space.skin], finger.skin_length[one.space.skin]
+            free = finger.free_rows[finger.free_rows < finger.stretch_row]
+            for k in range(found.reached):
+                state = replace(finger.at_rest(), displacement=(one.space.vectors @ found.q[k]).reshape(-1, 2),
+                                stretch_z=float(found.stretch_z[k]), plate_y=-1e3,  # no contact of its own
+                                pressure=one.space.pressures @ found.pressure_coordinates[k])
+                force = finger.residual(state, state.contact, None).force
+                force[2 * skin] += length * found.shear[k]
+                force[2 * skin + 1] -= length * found.pressure[k]
+                answer[i, k] = np.linalg.norm(force[free]) / np.linalg.norm(force[finger.held_rows])
+        return answer
 
     # ---- files ----------------------------------------------------------------------------------------------
 
