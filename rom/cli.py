@@ -12,7 +12,7 @@ import os
 import sys
 import warnings
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from rom.commands import explain, export_page, frf, modes, path_dataset, serve, slide, stability
 from rom.commands.progress import bar
@@ -110,7 +110,8 @@ def _scenes(_: argparse.Namespace) -> None:
     from rom.metamodels import applicable
     from rom.scenes import CONTACT_SCENES, SCENES
 
-    for scene in (*SCENES.values(), *CONTACT_SCENES.values()):
+    scenes: list[Any] = [*SCENES.values(), *CONTACT_SCENES.values()]
+    for scene in scenes:
         print(f"{scene.name}: {scene.title}\n  question    {scene.question}")
         print(f"  gate        {scene.gate:.0%} at the maximum over held-out cases")
         for heading, entries in (("inputs", scene.inputs), ("needs", scene.needs), ("leaves out", scene.leaves_out)):

@@ -17,7 +17,7 @@ from rom.datasets.storage import read_netcdf
 from rom.fingertip import MeshDensity
 from rom.fingertip.fingertip import PRESETS
 from rom.metamodels import METHODS, applicable
-from rom.scenes import SCENES
+from rom.scenes import CONTACT_SCENES, SCENES
 
 SMALL = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
 STATIC, HARMONIC = "static-point-forces", "harmonic-point-force"
@@ -174,9 +174,10 @@ def test_scenes_print_what_they_need_and_leave_out(capsys):
     assert call("scenes") == 0
     out, error = capsys.readouterr()
     assert error == ""
-    blocks = dict(zip(SCENES, re.split(r"\n\n", out.strip()), strict=True))
+    scenes = SCENES | CONTACT_SCENES
+    blocks = dict(zip(scenes, re.split(r"\n\n", out.strip()), strict=True))
     for name, block in blocks.items():
-        scene = SCENES[name]
+        scene = scenes[name]
         assert block.startswith(f"{name}: {scene.title}")
         for entries in (scene.needs, scene.leaves_out, scene.inputs):
             for key, text in entries.items():

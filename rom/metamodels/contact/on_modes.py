@@ -181,7 +181,7 @@ def stored(found: Regressor) -> dict[str, np.ndarray]:
 
 def restored(kind: str, arrays: dict[str, np.ndarray]) -> Regressor:
     """The inverse of :func:`stored`; KeyError where an array is missing."""
-    return Regressor(kind, *(arrays[name] for name in ARRAYS), float(arrays["number"][0]))
+    return Regressor(kind, **{name: arrays[name] for name in ARRAYS}, number=float(arrays["number"][0]))
 
 
 def _guess(space: PathSpace, features: np.ndarray, state: np.ndarray, where: np.ndarray) -> np.ndarray:
