@@ -84,7 +84,8 @@ def wanted(results: xr.Dataset) -> list[str]:
             was = {m: float(base.sel(variant=variant, measure=m)) for m in ("approach", "area")}
             texts.append(
                 f"{variant} needs {words.significant(at['x'], 2)}, with an approach of {at['approach']:.2f} mm at "
-                f"{FORCE:g} N (instead of {was['approach']:.2f}) and {at['area']:.0f} mm² (instead of {was['area']:.0f})")
+                f"{FORCE:g} N (instead of {was['approach']:.2f}) and {at['area']:.0f} mm² (instead of "
+                f"{was['area']:.0f})")
         sentences.append(f"{name}: " + "; ".join(texts))
     return sentences
 
@@ -114,14 +115,14 @@ def findings(results: xr.Dataset) -> list[str]:
     sentences.append(f"At {FORCE:g} N itself the same difference is " + words.listed([
         f"{text} {' / '.join(words.error(float(v)) for v in at_force.sel(measure=name).values)}" for name, text in (
             ("approach", "in the approach"), ("area", "in the area"), ("slip", "in the travel at full slip"))])
-        + "; nodes that come into contact one by one leave stairs of a few percent in the area elsewhere, though its edge "
-        "is looked for inside the elements.")
+        + "; nodes that come into contact one by one leave stairs of a few percent in the area elsewhere, though its "
+        "edge is looked for inside the elements.")
     worst = checks(results)
     travelled = results["sliding_tangential_displacement"].max("sliding_position")
     short = travelled.where(travelled < 7.999e-3)
     names = [f"{v} on {m} ({1e3 * float(short.sel(variant=v, mesh=m).max()):.1f} mm)" for v in results["variant"].values
              for m in results["mesh"].values if np.isfinite(short.sel(variant=v, mesh=m)).any()]
-    names += [f"{v} on {m} (not followed: it takes longer than all other paths together)"
+    names += [f"{v} on {m} (left out: it had not ended after several minutes)"
               for v in results["variant"].values for m in results["mesh"].values
               if not np.isfinite(travelled.sel(variant=v, mesh=m)).any()]
     sentences.append(
