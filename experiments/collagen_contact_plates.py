@@ -112,7 +112,7 @@ def _maps(results: xr.Dataset, state: int) -> Plate:
                                                 linewidths=0.1, edgecolors="face"))
             low = moved[:, 1].min()
             panel.plot([-12, 13], [low, low], color="#222222", linewidth=1.2)
-            panel.set(aspect="equal", xlim=(-11, 13), ylim=(-8.2, 8.2))
+            panel.set(aspect="equal", xlim=(-11, 13), ylim=(-9.4, 8.2))
             panel.spines[:].set_visible(False)
             panel.set(xticks=[], yticks=[])
             panel.text(0.02, 0.02, f"{values.min():.2f} to {values.max():.2f}", transform=panel.transAxes, fontsize=8.5)

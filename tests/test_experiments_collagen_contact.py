@@ -57,7 +57,8 @@ def test_published_claims_are_judged_by_their_numbers():
     assert all(claim.met for claim in claims.judge(three))
     for change, name in (({"approach": 1.0}, "meet"), ({"area": 20.0}, "largest"), ({"peak": 13.0}, "lowest peak"),
                          ({"flatness": 1.4}, "flattened"), ({"shift": 0.1}, "trailing"),
-                         ({"suddenness": 0.1}, "suddenly"), ({"rolling": 3.0}, "rolls"), ({"slip": 2.6}, "radial slips")):
+                         ({"suddenness": 0.1}, "suddenly"), ({"rolling": 3.0}, "rolls"),
+                         ({"slip": 2.6}, "radial slips")):
         judged = claims.judge(three | {"radial": replace(radial, **change)})
         assert [claim.name for claim in judged if not claim.met] == [c.name for c in judged if name in c.name]
 
