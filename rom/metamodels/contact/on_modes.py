@@ -24,7 +24,8 @@ REGISTRATIONS = ("auto", "slip", "none")
 FOLDS = 4
 """Parts of the training paths, each held back in turn, by which ``auto`` chooses."""
 ARRAYS = ("centre", "scale", "inputs", "weights")
-"""Of a regressor, as they are stored."""
+STORED = (*ARRAYS, "number")
+"""Of a regressor, as it is stored."""
 
 
 class OnModes(ContactMetamodel):
@@ -97,7 +98,8 @@ class OnModes(ContactMetamodel):
             found = Registration.of(features[learned], onset[learned], travel[-1])
             registered = found.to_stations(state[learned], onset[learned], travel)
             for k, known in enumerate((state[learned], registered)):
-                guess = _guess(space, features[learned], known, features[held])
+                guess = np.concatenate([_guess(space, features[learned], part, features[held]) for part in (
+                    known[:, :self._press], known[:, self._press:])], axis=1)
                 if k == 1:
                     guess = found.to_positions(guess, features[held], travel)
                 error = np.linalg.norm((guess - state[held])[..., modes], axis=2)
@@ -160,7 +162,7 @@ class OnModes(ContactMetamodel):
             self._spaces[v] = PathSpace(self.scene, {f: arrays.pop(f"mode_{f}") for f in FIELDS})
             self._means[v], self._sizes[v] = arrays.pop("mean"), arrays.pop("size")
             if "onset_grid" in arrays:
-                onset = restored("gp", {key: arrays.pop(f"onset_{key}") for key in (*ARRAYS, "number")})
+                onset = restored("gp", {key: arrays.pop(f"onset_{key}") for key in STORED})
                 self._registrations[v] = Registration(onset, float(arrays.pop("onset_level")[0]),
                                                       arrays.pop("onset_grid"))
             self._keep_learned(v, arrays)

@@ -7,14 +7,16 @@ from typing import ClassVar
 import numpy as np
 
 from rom.metamodels.contact.kriging import Regressor, fit_regressor
-from rom.metamodels.contact.on_modes import OnModes, restored, stored
+from rom.metamodels.contact.on_modes import STORED, OnModes, restored, stored
 from rom.scenes import FingerOnGlass
 
 REGRESSORS = ("gp", "ridge", "neighbours")
+STAGES = ("press", "slide")
+"""Learned apart: friction hardly matters to the first and rules the second, so that length scales differ."""
 
 
 class ContactRegression(OnModes):
-    """POD coordinates of the whole path at once.
+    """POD coordinates of all positions of a stage at once: pressing, then sliding.
 
     Parameters
     ----------
@@ -38,20 +40,27 @@ class ContactRegression(OnModes):
 
     def _forget(self) -> None:
         super()._forget()
-        self._regressors: dict[int, Regressor] = {}
+        self._regressors: dict[int, list[Regressor]] = {}
 
     @property
     def model_bytes(self) -> int:
-        return super().model_bytes + sum(found.nbytes for found in self._regressors.values())
+        return super().model_bytes + sum(
+            found.nbytes for pair in self._regressors.values() for found in pair)
 
     def _learn(self, v: int, features: np.ndarray, target: np.ndarray) -> None:
-        self._regressors[v] = fit_regressor(self.settings["regressor"], features, target.reshape(len(target), -1))
+        kind, press = self.settings["regressor"], self._press
+        self._regressors[v] = [fit_regressor(kind, features, part.reshape(len(part), -1))
+                               for part in (target[:, :press], target[:, press:])]
 
     def _coordinates(self, v: int, features: np.ndarray) -> np.ndarray:
-        return self._regressors[v](features).reshape(len(features), *self._means[v].shape)
+        size = self._means[v].shape[1]
+        stages = [found(features).reshape(len(features), -1, size) for found in self._regressors[v]]
+        return np.concatenate(stages, axis=1)
 
     def _learned(self, v: int) -> dict[str, np.ndarray]:
-        return stored(self._regressors[v])
+        return {f"{stage}_{key}": array for stage, found in zip(STAGES, self._regressors[v], strict=True)
+                for key, array in stored(found).items()}
 
     def _keep_learned(self, v: int, arrays: dict[str, np.ndarray]) -> None:
-        self._regressors[v] = restored(self.settings["regressor"], arrays)
+        kind = self.settings["regressor"]
+        self._regressors[v] = [restored(kind, {key: arrays[f"{stage}_{key}"] for key in STORED}) for stage in STAGES]
