@@ -129,17 +129,24 @@ def stored_energy(finger: Finger, step: ConvergedStep) -> float:
         contact.pressure**2 / plate.normal_stiffness + contact.shear**2 / plate.tangential_stiffness))
 
 
-def contact_edges(x: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
+EDGE_NODES = 3
+"""On either side of an edge, from which it is found."""
+
+
+def contact_edges(x: np.ndarray, height: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
     """Where the contact ends, inside the elements.
 
-    Near its ends the pressure of a smooth contact falls like the square root of the distance (Hertz), so its square
-    falls linearly: the edge is where the line through the squares at the last two nodes meets zero, but not beyond the
-    first node without pressure.
+    Near the end of a smooth contact (Hertz) the pressure falls like the square root of the distance, and outside the
+    gap grows like its power 3/2: the square of the one and the power 2/3 of the other run straight to zero at the edge.
+    It is taken in the middle of where the two lines, each through three nodes, meet zero: from one side alone the
+    edge would follow the mesh in stairs.
 
     Parameters
     ----------
     x : (n,) ndarray [mm]
-        Along the plate, ascending.
+        Along the plate, ascending around the contact.
+    height : (n,) ndarray [mm]
+        Of the skin.
     pressure : (n,) ndarray [MPa]
         Zero where there is no contact.
 
@@ -151,16 +158,30 @@ def contact_edges(x: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
     touching = np.flatnonzero(pressure > 0)
     if not len(touching):
         return float("nan"), float("nan")
+    first, last = int(touching[0]), int(touching[-1])
+    left = -_right_edge(-x[::-1], height[::-1], pressure[::-1], len(x) - 1 - first)
+    return left, _right_edge(x, height, pressure, last)
 
-    def edge(last: int, inward: int) -> float:
-        beyond = x[last - inward] if 0 <= last - inward < len(x) else x[last]
-        if not 0 <= last + inward < len(x) or pressure[last + inward] <= pressure[last]:
-            return 0.5 * (x[last] + beyond)
-        rise = (pressure[last + inward] ** 2 - pressure[last] ** 2) / (x[last + inward] - x[last])
-        found = x[last] - pressure[last] ** 2 / rise
-        return float(min(max(found, min(x[last], beyond)), max(x[last], beyond)))
 
-    return edge(int(touching[0]), 1), edge(int(touching[-1]), -1)
+def _right_edge(x: np.ndarray, height: np.ndarray, pressure: np.ndarray, last: int) -> float:
+    inside = slice(max(last - EDGE_NODES + 1, 0), last + 1)
+    outside = slice(last + 1, last + 1 + EDGE_NODES)
+    gap = np.maximum(height[outside] - height[last], 0.0) ** (2 / 3)
+    both = _zero(x[inside], pressure[inside] ** 2, -1), _zero(x[outside], gap, 1)
+    found = [zero for zero in both if zero is not None]
+    nearest = x[min(last + 1, len(x) - 1)]
+    if not found:
+        return float(0.5 * (x[last] + nearest))
+    room = nearest - x[last]
+    return float(min(max(np.mean(found), x[last] - room), nearest + room))
+
+
+def _zero(x: np.ndarray, y: np.ndarray, sign: int) -> float | None:
+    """Where the line through the points meets zero; None for fewer than two, or a line that runs the other way."""
+    if len(x) < 2:
+        return None
+    slope, level = np.polyfit(x - x[0], y, 1)
+    return float(x[0] - level / slope) if slope * sign > 0 else None
 
 
 def along_plate(pressure: np.ndarray) -> np.ndarray:
@@ -189,7 +210,7 @@ def observe(finger: Finger, step: ConvergedStep, balance: Balance, viscosity: fl
     length = finger.out_of_plane.effective_length
     return Observation(
         state, normal * length, tangential * length, state.plate_y - finger.lowest, state.plate_x,
-        contact_edges(position[order, 0], contact.pressure[order]), contact.pressure * stretched,
+        contact_edges(position[order, 0], position[order, 1], contact.pressure[order]), contact.pressure * stretched,
         -contact.shear * stretched, step.residual.largest_fibre, int(contact.slipping.sum()), int(contact.closed.sum()),
         stored_energy(finger, step) * length, balance.work * length, balance.dissipated * length, viscosity, iterations,
         steps)

@@ -139,20 +139,22 @@ def test_impossible_paths_are_refused(bad):
 # ---- observations -------------------------------------------------------------------------------------------
 
 def test_edges_of_a_hertzian_profile():
-    """p ~ sqrt(a^2 - x^2): the edge lies within 2 % of a node's spacing where the exact square is a parabola."""
+    """p ~ sqrt(a^2 - x^2), gap by Johnson, Contact Mechanics (1985), section 4.2: within 8 % of a node's spacing."""
     for a in (2.93, 3.02, 3.17):
         x = np.arange(-5, 5.01, 0.25)
         pressure = np.sqrt(np.maximum(a * a - x * x, 0))
-        left, right = contact_edges(x, pressure)
+        far = np.maximum(np.abs(x) / a, 1.0)
+        gap = 0.01 * (far * np.sqrt(far**2 - 1) - np.log(far + np.sqrt(far**2 - 1)))
+        left, right = contact_edges(x, gap, pressure)
         assert -left == pytest.approx(right)
         assert right == pytest.approx(a, abs=0.02)
 
 
 def test_edges_without_contact_and_with_one_node():
-    x = np.arange(5.0)
-    assert np.isnan(contact_edges(x, np.zeros(5))).all()
-    assert contact_edges(x, np.array([0, 0, 1.0, 0, 0])) == (1.5, 2.5)
-    left, right = contact_edges(x, np.ones(5))
+    x, flat = np.arange(5.0), np.zeros(5)
+    assert np.isnan(contact_edges(x, flat, np.zeros(5))).all()
+    assert contact_edges(x, flat, np.array([0, 0, 1.0, 0, 0])) == (1.5, 2.5)
+    left, right = contact_edges(x, flat, np.ones(5))
     assert left == 0.0
     assert right == 4.0
 

@@ -198,7 +198,7 @@ class ContactGalerkin(ContactMetamodel):
         edges = np.empty((len(q), 2))
         for k in range(len(q)):
             order = along_plate(pressure[k])
-            edges[k] = contact_edges(skin[k, order, 0], pressure[k, order])
+            edges[k] = contact_edges(skin[k, order, 0], skin[k, order, 1], pressure[k, order])
         edges *= METRE
         values = {
             "stretch_z": found.stretch_z[positions],
