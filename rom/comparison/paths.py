@@ -13,17 +13,22 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
+from rom.cache import cached_path
 from rom.collagen.tissue import VARIANTS
-from rom.comparison.path_entries import fit_entries
-from rom.comparison.path_errors import DEFINITIONS, QUANTITIES
+from rom.comparison.path_entries import SOURCES, fit_entries
+from rom.comparison.path_errors import DEFINITIONS, QUANTITIES, displacement_errors
 from rom.comparison.path_held_out import measure_errors, worst_paths
 from rom.comparison.path_times import measure_times
 from rom.comparison.settings import NOT_APPLICABLE, Curve, setting_words
 from rom.comparison.timing import threads_in_use
 from rom.datasets import SPLITS, select
-from rom.metamodels import metamodel_class
-from rom.provenance import machine, stamp
-from rom.scenes import FingerOnGlass
+from rom.datasets.storage import whole_file
+from rom.metamodels import create, metamodel_class
+from rom.provenance import machine, source_digest, stamp
+from rom.scenes import FingerOnGlass, PathArrays
+
+FLOOR_SCALE, FLOOR_PATHS = 1.6, 4
+"""The finer mesh, and the number of paths on it, that measure the mesh-convergence floor."""
 
 
 def compare_paths(scene: FingerOnGlass, curves: dict[str, Curve], data: xr.Dataset, key: str, *, repeats: int,
@@ -65,10 +70,34 @@ def compare_paths(scene: FingerOnGlass, curves: dict[str, Curve], data: xr.Datas
         **{name: ("case", tests[name].values, tests[name].attrs) for name in
            ("c", "k1", "friction", "normal_force", "hard_region", "split_published", "split_hard")},
         **scene.position_coordinates()})
-    results = results.merge(worst_paths(entries, scene, tests, paths, states))
+    results = results.merge(worst_paths(entries, scene, tests, paths, states)).assign(mesh_floor(scene, tests, paths))
     results.attrs = {**attributes(scene, curves, data, omitted), "seed": seed,
                      **stamp(created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))}
     return results
+
+
+def mesh_floor(scene: FingerOnGlass, tests: xr.Dataset, paths: PathArrays) -> dict[str, tuple]:
+    """How far the truth itself is from a finer mesh: errors below this are not more right.
+
+    Paths with random fibres are left out: another mesh draws other angles.
+    """
+    fixed = np.flatnonzero((paths.variant != VARIANTS.index("random")) & tests["reached"].values.all(axis=1))
+    pick = fixed[np.linspace(0, len(fixed) - 1, min(FLOOR_PATHS, len(fixed))).astype(int)]
+    recipe = {"content": scene.content_hash, "scale": FLOOR_SCALE, "paths": [a[pick].tolist() for a in paths],
+              "source": source_digest(*SOURCES)}
+    file = cached_path("floors", recipe, ".json")
+    if file.exists():
+        error = np.array(json.loads(file.read_text(encoding="utf-8")))
+    else:
+        finer = create("coarse-fem", scene, scale=FLOOR_SCALE).fit()
+        answer = finer.evaluate(paths.take(pick), outputs="field")["displacement"]
+        truth = tests["displacement"].values[pick]
+        error = displacement_errors(answer, truth, np.ones(truth.shape[:2], dtype=bool)).max(axis=1)
+        with whole_file(file) as temporary:
+            temporary.write_text(json.dumps(error.tolist()), encoding="utf-8")
+    text = f"largest displacement difference along a path to a mesh {FLOOR_SCALE:g} times as fine along each edge"
+    return {f"mesh_floor_{name}": ((), float(kind(error)), {"long_name": f"{name} of the {text}", "units": "1"})
+            for name, kind in (("median", np.median), ("max", np.max))}
 
 
 def attributes(scene: FingerOnGlass, curves: dict[str, Curve], data: xr.Dataset, omitted: list[str]) -> dict:
