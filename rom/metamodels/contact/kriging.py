@@ -31,7 +31,7 @@ class Regressor:
 
     Parameters
     ----------
-    kind : {"gp", "ridge", "neighbours"}
+    kind : {"gp", "ridge", "knn"}
     centre, scale : (d,) ndarray
         Of the inputs; the scale is the process's length scale in each.
     inputs : (n, d) ndarray

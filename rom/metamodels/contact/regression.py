@@ -10,7 +10,7 @@ from rom.metamodels.contact.kriging import Regressor, fit_regressor
 from rom.metamodels.contact.on_modes import STORED, OnModes, restored, stored
 from rom.scenes import FingerOnGlass
 
-REGRESSORS = ("gp", "ridge", "neighbours")
+REGRESSORS = ("gp", "ridge", "knn")
 STAGES = ("press", "slide")
 """Learned apart: friction hardly matters to the first and rules the second, so that length scales differ."""
 
@@ -22,7 +22,7 @@ class ContactRegression(OnModes):
     ----------
     rank : int, optional
         Number of displacement modes of each variant; None: all that the training paths span.
-    regressor : {"gp", "ridge", "neighbours"}
+    regressor : {"gp", "ridge", "knn"}
         Gaussian process with a length scale for each of the four ratios; polynomial of second degree; the nearest
         paths by inverse square distance.
     registration : {"auto", "slip", "none"}

@@ -26,7 +26,7 @@ ROWS = {
     "pod-regression": ("pod-regression", {"rank": 8}),
     "pod-regression-slip": ("pod-regression", {"rank": 8, "registration": "slip"}),
     "pod-regression-ridge": ("pod-regression", {"rank": None, "regressor": "ridge", "registration": "none"}),
-    "pod-regression-neighbours": ("pod-regression", {"rank": 8, "regressor": "neighbours"}),
+    "pod-regression-knn": ("pod-regression", {"rank": 8, "regressor": "knn"}),
     "mlp": ("mlp", NETWORK),
 }
 SOLVERS = ("direct", "coarse-fem")
