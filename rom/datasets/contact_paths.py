@@ -7,6 +7,7 @@ workers need this package, but no common disk. The final file is assembled under
 from __future__ import annotations
 
 import json
+import logging
 import shutil
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -199,6 +200,8 @@ def _solved(stack: ExitStack, scene: FingerOnGlass, paths: PathArrays, todo: lis
 def _client(stack: ExitStack, scheduler: str | None, workers: int):
     from distributed import Client, LocalCluster
 
+    # its comings and goings are no news to whom a bar is shown; a process that is slow to end is ended
+    logging.getLogger("distributed").setLevel(logging.ERROR)
     if scheduler is None:
         cluster = stack.enter_context(LocalCluster(
             n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=40))
