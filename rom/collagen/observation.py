@@ -138,8 +138,8 @@ def contact_edges(x: np.ndarray, height: np.ndarray, pressure: np.ndarray) -> tu
 
     Near the end of a smooth contact (Hertz) the pressure falls like the square root of the distance, and outside the
     gap grows like its power 3/2: the square of the one and the power 2/3 of the other run straight to zero at the edge.
-    It is taken in the middle of where the two lines, each through three nodes, meet zero: from one side alone the
-    edge would follow the mesh in stairs.
+    It is taken in the middle of where the two lines, each through three nodes, meet zero; a line that does not do so
+    near the interval between the last node in contact and the first outside is left out.
 
     Parameters
     ----------
@@ -167,13 +167,11 @@ def _right_edge(x: np.ndarray, height: np.ndarray, pressure: np.ndarray, last: i
     inside = slice(max(last - EDGE_NODES + 1, 0), last + 1)
     outside = slice(last + 1, last + 1 + EDGE_NODES)
     gap = np.maximum(height[outside] - height[last], 0.0) ** (2 / 3)
-    both = _zero(x[inside], pressure[inside] ** 2, -1), _zero(x[outside], gap, 1)
-    found = [zero for zero in both if zero is not None]
     nearest = x[min(last + 1, len(x) - 1)]
-    if not found:
-        return float(0.5 * (x[last] + nearest))
-    room = nearest - x[last]
-    return float(min(max(np.mean(found), x[last] - room), nearest + room))
+    room = 0.5 * abs(nearest - x[last])
+    both = _zero(x[inside], pressure[inside] ** 2, -1), _zero(x[outside], gap, 1)
+    found = [zero for zero in both if zero is not None and x[last] - room <= zero <= nearest + room]
+    return float(np.mean(found)) if found else float(0.5 * (x[last] + nearest))
 
 
 def _zero(x: np.ndarray, y: np.ndarray, sign: int) -> float | None:

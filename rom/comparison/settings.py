@@ -54,7 +54,7 @@ CURVES: dict[str, dict[str, Curve]] = {
         "direct": Curve(({},)),
         "coarse-fem": Curve(_each("scale", 0.5, 0.75)),
         "interpolation": Curve(_each("kind", "nearest", "radial")),
-        "pod-galerkin": Curve((*_each("rank", 10, 20, 30), {"rank": 40, "sampling": 2e-3}), headline=2),
+        "pod-galerkin": Curve((*_each("rank", 10, 20, 30), *_each("rank", 30, 40, sampling=2e-3)), headline=3),
         "pod-regression": Curve((*_each("regressor", "ridge", "knn"), *_each("rank", 10, 20, 40)), headline=-1),
         "mlp": Curve(({},)),
     },

@@ -65,9 +65,9 @@ def learn_space(finger: Finger, displacement: np.ndarray, stretch_z: np.ndarray,
     ReducedSpace
     """
     pressures = pressure_modes(finger, element_pressures(finger, displacement, stretch_z, bulk), pressure_rank)
-    # errors are judged relative to each state, forces by the late, large ones: a state counts by the root of its size
+    # errors are judged relative to each state: small ones, early on the path, count as much as large ones
     size = np.linalg.norm(displacement, axis=1, keepdims=True)
-    vectors = principal_directions(displacement / np.sqrt(np.maximum(size, 1e-12)), rank)
+    vectors = principal_directions(displacement / np.maximum(size, 1e-12), rank)
     margin = max(3, finger.rays // 12)
     near = np.zeros(len(touched), bool)
     for shift in range(-margin, margin + 1):
