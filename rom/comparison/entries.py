@@ -167,5 +167,5 @@ def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Tru
     return model, path.stem
 
 
-SOURCES = ("metamodel", "basis", "direct", "superposition", "lanczos", "certificate", "modal", "modal_certificate",
+SOURCES = ("metamodel", "basis", "direct", "superposition", "certificate", "modal", "modal_certificate",
            "pod", "coarse_fem", "regression", "residual_bound", "validity")
