@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rom.metamodels import METHODS, metamodel_class
-from rom.scenes import SCENES
+from rom.scenes import SCENES, HarmonicPointForce
 
 NETWORK = {"steps": 30, "width": 16, "depth": 1, "seed": 5}
 SETTINGS: dict[str, tuple[dict[str, Any], ...]] = {
@@ -22,6 +22,12 @@ SETTINGS: dict[str, tuple[dict[str, Any], ...]] = {
     "mlp-residual": (NETWORK | {"rank": 20, "modes": 12},),
 }
 """What keeps each fit below a second or two; a method that is not named here runs at its defaults."""
+
+ON_ONE_SCENE: dict[tuple[str, str], tuple[dict[str, Any], ...]] = {
+    ("pod-regression", HarmonicPointForce.name): tuple(
+        {"rank": 20, "regressor": name} for name in ("knn", "gp", "extra-trees")),
+}
+"""Further settings that a method takes on one scene alone."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +66,10 @@ class Row:
 
     def __str__(self) -> str:
         precision = "-float32" if self.settings.get("precision") == "float32" else ""
-        return f"{self.method}{precision}-{self.scene}"
+        regressor = f"-{self.settings['regressor']}" if "regressor" in self.settings else ""
+        return f"{self.method}{precision}{regressor}-{self.scene}"
 
 
 ROWS = [Row(method, scene, settings) for method in METHODS for scene in SCENES
-        if scene in metamodel_class(method).scenes for settings in SETTINGS.get(method, ({},))]
+        if scene in metamodel_class(method).scenes
+        for settings in (*SETTINGS.get(method, ({},)), *ON_ONE_SCENE.get((method, scene), ()))]
