@@ -89,7 +89,7 @@ class Truth:
 def read_dataset_index(path: Path) -> xr.Dataset:
     """A dataset without its fields: inputs, splits, residuals."""
     with open_netcdf(path) as data:
-        return data.drop_vars(["displacement", "mesh_volume_nodes", "tissue"]).load()
+        return data.drop_vars(["displacement", "mesh_volume_nodes", "tissue"], errors="ignore").load()
 
 
 def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: Callable
@@ -168,4 +168,4 @@ def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Tru
 
 
 SOURCES = ("metamodel", "basis", "direct", "superposition", "certificate", "modal", "modal_certificate",
-           "pod", "coarse_fem", "regression", "residual_bound", "validity")
+           "pod", "coarse_fem", "regression", "regressors", "lookup_table", "residual_bound", "validity")

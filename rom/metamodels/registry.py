@@ -20,6 +20,7 @@ METHODS: dict[str, tuple[str, str]] = {
     "modal": ("modal", "Modal"),
     "modal-static": ("modal", "ModalStatic"),
     "modal-krylov": ("modal", "ModalKrylov"),
+    "lookup-table": ("lookup_table", "LookupTable"),
     "pod-galerkin": ("pod", "PodGalerkin"),
     "pod-regression": ("regression", "PodRegression"),
     "transformer": ("networks.transformer", "Transformer"),

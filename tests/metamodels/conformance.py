@@ -8,13 +8,15 @@ from typing import Any
 from rom.metamodels import METHODS, metamodel_class
 from rom.scenes import SCENES, HarmonicPointForce
 
-NETWORK = {"steps": 30, "width": 16, "depth": 1, "seed": 5}
+NETWORK = {"steps": 5, "width": 16, "depth": 1, "seed": 5}
 SETTINGS: dict[str, tuple[dict[str, Any], ...]] = {
     "coarse-fem": ({"scale": 0.7},),
     "superposition": ({}, {"precision": "float32"}),
     "modal": ({"modes": 12}, {"modes": 12, "precision": "float32"}),
     "modal-static": ({"modes": 12},),
     "modal-krylov": ({"modes": 12, "vectors": 3}, {"modes": 12, "vectors": 3, "precision": "float32"}),
+    "lookup-table": ({"modes": 12, "vectors": 3, "frequencies": 11, "loss_factors": 4},
+                     {"modes": 12, "vectors": 3, "frequencies": 11, "loss_factors": 4, "precision": "float32"}),
     "pod-galerkin": ({"rank": 20}, {"rank": 20, "precision": "float32"}),
     "pod-regression": ({"rank": 20},),
     "transformer": (NETWORK | {"rank": 20, "heads": 2},),
