@@ -8,7 +8,7 @@ from typing import Any
 from rom.metamodels import METHODS, metamodel_class
 from rom.scenes import SCENES, HarmonicPointForce
 
-NETWORK = {"steps": 5, "width": 16, "depth": 1, "seed": 5}
+NETWORK = {"steps": 30, "width": 16, "depth": 1, "seed": 5}
 SETTINGS: dict[str, tuple[dict[str, Any], ...]] = {
     "coarse-fem": ({"scale": 0.7},),
     "superposition": ({}, {"precision": "float32"}),
