@@ -20,8 +20,9 @@ POINT_SCALES = (0.5, 1.0, 2.0, 4.0)
 TREES = 100
 LEAVES = (1, 2, 4)
 """Fewest training cases of a leaf."""
-LENGTH_CASES = 400
-"""Training cases on which a Gaussian process finds its length scales: the likelihood costs their cube."""
+LENGTH_CASES, LENGTH_TARGETS = 400, 24
+"""Training cases and largest targets on which a Gaussian process finds its length scales: the likelihood costs the cube
+of the former, its gradient their square times the latter."""
 NOISE = 1e-8
 """Variance of a Gaussian process's noise relative to its own: what keeps its matrix regular."""
 
@@ -113,11 +114,12 @@ class GaussianProcess(Regressor):
         # each answer of unit size: one kernel of unit variance serves all
         unit = target / size.mean()
         few = np.random.default_rng(0).permutation(len(features))[:LENGTH_CASES]
+        large = np.argsort(-unit.var(axis=0), kind="stable")[:LENGTH_TARGETS]
         dimensions = features.shape[1]
         kernel = RBF(np.full(dimensions, 0.5), (1e-2, 1e2)) + WhiteKernel(1e-4, (1e-10, 1.0))
         with warnings.catch_warnings():  # a feature that does not matter drives its length to the end of its range
             warnings.simplefilter("ignore", ConvergenceWarning)
-            found = GaussianProcessRegressor(kernel).fit(features[few], unit[few])
+            found = GaussianProcessRegressor(kernel).fit(features[few], unit[np.ix_(few, large)])
         length, noise = np.asarray(found.kernel_.k1.length_scale), float(found.kernel_.k2.noise_level)
         final = GaussianProcessRegressor(RBF(length), alpha=max(noise, NOISE) * (size / size.mean()) ** 2,
                                          optimizer=None)
