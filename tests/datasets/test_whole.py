@@ -151,7 +151,7 @@ def test_splits_hold_out_what_they_say(tiny_harmonic, lazy):
 
 
 def test_beyond_the_published_ranges(tiny_harmonic, tmp_path):
-    path = make_whole_dataset(tiny_harmonic, tmp_path / "wide.nc", beyond=True, confirm=8, vectors=12)
+    path = make_whole_dataset(tiny_harmonic, tmp_path / "wide.nc", beyond=True, confirm=8)
     with open_dataset(path) as data:
         assert data.sizes["case"] == tiny_harmonic.n_pad * (GRID + 100 * 9 + 300 * 2)
         assert set(np.unique(data["hard_region"])) == {0, 1, 2, 3, 4}
@@ -174,6 +174,7 @@ def test_single_precision_states_what_it_costs(tiny_harmonic, file, tmp_path):
     stated = single.data.attrs["precision_error_max"]
     assert 1e-9 < error.max() <= stated < 1e-6
     assert double.data.attrs["precision_error_max"] == 0
+    assert double.data.attrs["single_precision_error_max"] == pytest.approx(stated, rel=0.3)
 
 
 # ---- nothing is lost, nothing is overwritten, nothing foreign is read ------------------------------------------
