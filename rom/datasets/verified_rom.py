@@ -48,11 +48,12 @@ def make_piece(scene: Scene, modes: Modes, loads: np.ndarray, vectors: int, poin
     participation = unit.T @ modes.shape
     residual = np.empty((len(loads), len(points)))
     difference = np.empty_like(residual)
+    check = ResidualCheck(scene.full_order, modes.shape)
     for i in range(len(loads)):
-        shapes = np.concatenate([modes.shape, found.vectors[i].T], axis=1)
+        own = np.ascontiguousarray(found.vectors[i].T)
         coefficients = pole_coefficients(modes.eigenvalue, participation[i], found.theta[i], found.first[i], points)
-        residual[i] = true_residuals(scene.full_order, shapes, unit[:, i], coefficients, points)
-        difference[i] = single_precision_errors(shapes, coefficients)
+        residual[i] = check.residuals(own, unit[:, i], coefficients, points)
+        difference[i] = single_precision_errors(np.concatenate([modes.shape, own], axis=1), coefficients)
     if not residual.max() <= RESIDUAL_LIMIT:
         i, k = divmod(int(np.argmax(residual)), residual.shape[1])
         raise SolverError(f"load {loads[i]} at {points[k, 0]:g} Hz and loss factor {points[k, 1]:g} is answered with "
@@ -73,38 +74,58 @@ def pole_coefficients(eigenvalue: np.ndarray, participation: np.ndarray, theta: 
                           axis=1)
 
 
-def true_residuals(model: SecondOrderModel, shapes: np.ndarray, force: np.ndarray, coefficients: np.ndarray,
-                   points: np.ndarray) -> np.ndarray:
-    """``||Z u - f|| / ||f||`` of many answers ``u = shapes @ c`` to one force.
+class ResidualCheck:
+    """``||Z u - f|| / ||f||`` of many answers ``u = shapes @ c`` to one force after another.
 
     ``Z u - f`` lies in the span of ``[K shapes, M shapes, f]``; its norm is taken from that block's triangular factor,
     which loses nothing to cancellation beyond rounding of the block itself, where a Gram matrix would lose half of the
-    digits.
+    digits. What all forces share is factorised once.
 
     Parameters
     ----------
     model : SecondOrderModel
         Without a loss stiffness.
-    shapes : (n, r) ndarray
-    force : (n,) ndarray [N]
-    coefficients : (n_point, r) ndarray
-    points : (n_point, 2) ndarray
-        Frequency [Hz] and loss factor.
-
-    Returns
-    -------
-    (n_point,) ndarray
+    shared : (n, m) ndarray
+        The shapes of every answer.
     """
-    block = np.concatenate([model.stiffness @ shapes, model.mass @ shapes, force[:, None]], axis=1)
-    factor = np.asarray(np.linalg.qr(block, mode="r"))
-    stiffness, inertia = 1.0 + 1j * points[:, 1:], (2.0 * np.pi * points[:, :1]) ** 2
-    combined = np.concatenate([stiffness * coefficients, -inertia * coefficients,
-                               np.full((len(points), 1), -1.0)], axis=1)
-    return np.linalg.norm(combined @ factor.T, axis=1) / np.linalg.norm(force)
+
+    def __init__(self, model: SecondOrderModel, shared: np.ndarray) -> None:
+        self.model, self.m = model, shared.shape[1]
+        self.q, self.r = np.linalg.qr(np.concatenate([model.stiffness @ shared, model.mass @ shared], axis=1))
+
+    def residuals(self, own: np.ndarray, force: np.ndarray, coefficients: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Residuals of the answers to one force.
+
+        Parameters
+        ----------
+        own : (n, p) ndarray
+            Shapes of these answers alone.
+        force : (n,) ndarray [N]
+        coefficients : (n_point, m + p) ndarray
+        points : (n_point, 2) ndarray
+            Frequency [Hz] and loss factor.
+
+        Returns
+        -------
+        (n_point,) ndarray
+        """
+        block = np.concatenate([self.model.stiffness @ own, self.model.mass @ own, force[:, None]], axis=1)
+        head = self.q.T @ block
+        block -= self.q @ head
+        again = self.q.T @ block  # twice is enough
+        block -= self.q @ again
+        tail = np.asarray(np.linalg.qr(block, mode="r"))
+        stiffness, inertia = 1.0 + 1j * points[:, 1:], (2.0 * np.pi * points[:, :1]) ** 2
+        shared, rest = coefficients[:, :self.m], coefficients[:, self.m:]
+        shared = np.concatenate([stiffness * shared, -inertia * shared], axis=1)
+        rest = np.concatenate([stiffness * rest, -inertia * rest, np.full((len(points), 1), -1.0)], axis=1)
+        along, beside = shared @ self.r.T + rest @ (head + again).T, rest @ tail.T
+        return np.hypot(np.linalg.norm(along, axis=1), np.linalg.norm(beside, axis=1)) / np.linalg.norm(force)
 
 
 def single_precision_errors(shapes: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
     """(n_point,) ndarray: relative change of ``u = shapes @ c`` where the shapes (n, r) are rounded to float32."""
-    lost = np.asarray(np.linalg.qr(shapes.astype(np.float32) - shapes, mode="r"))
-    whole = np.asarray(np.linalg.qr(shapes, mode="r"))
-    return np.linalg.norm(coefficients @ lost.T, axis=1) / np.linalg.norm(coefficients @ whole.T, axis=1)
+    lost = shapes.astype(np.float32) - shapes
+    miss, whole = (np.sqrt(np.einsum("pi,pi->p", coefficients.conj() @ gram, coefficients).real)
+                   for gram in (lost.T @ lost, shapes.T @ shapes))
+    return miss / whole
