@@ -58,6 +58,7 @@ CURVES: dict[str, dict[str, Curve]] = {
             *_each("rank", 50, 100, 200), *_each("regressor", *OTHER_REGRESSORS, rank=200)), headline=2),
         "mlp": Curve(({},)),
         "mlp-residual": Curve(({},)),
+        "pole-network": Curve(({},)),
     },
 }
 
@@ -77,8 +78,9 @@ QUICK_CURVES: dict[str, dict[str, Curve]] = {
         "lookup-table": Curve(({"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},)),
         "pod-galerkin": Curve(_each("rank", 20, 60)),
         "pod-regression": Curve(({"rank": 40}, *_each("regressor", *OTHER_REGRESSORS, rank=40)), headline=0),
-        "mlp": Curve(({"width": 64, "steps": 60},)),
-        "mlp-residual": Curve(({"modes": 10, "rank": 16, "width": 64, "steps": 60},)),
+        "mlp": Curve(({"terms": 8, "width": 16, "steps": 5},)),
+        "mlp-residual": Curve(({"modes": 10, "rank": 16, "width": 16, "steps": 5},)),
+        "pole-network": Curve(({"poles": 10, "rank": 40, "steps": 5},)),
     },
 }
 
@@ -90,6 +92,7 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
         "lookup-table": "has nothing to interpolate over: a table of unit responses is `superposition`",
         "mlp": "takes one force with a frequency; several static forces are the transformer's case",
         "mlp-residual": "nothing is left over when the static part is exact",
+        "pole-network": "a static answer has no poles",
     },
     HarmonicPointForce.name: {
         "superposition": "unit-load responses differ at every frequency and loss factor; storing them all is a look-up "
@@ -104,6 +107,7 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
         "transformer": "is the published network for several static forces",
         "mlp": "is the published network for one normal force at a pad node",
         "mlp-residual": "is the published network's variant for one normal force at a pad node",
+        "pole-network": "stands beside the published networks, which answer one normal force at a pad node",
     },
 }
 

@@ -25,7 +25,8 @@ METHODS: dict[str, tuple[str, str]] = {
     "pod-regression": ("regression", "PodRegression"),
     "transformer": ("networks.transformer", "Transformer"),
     "mlp": ("networks.mlp", "Mlp"),
-    "mlp-residual": ("networks.mlp", "MlpResidual"),
+    "mlp-residual": ("networks.mlp_residual", "MlpResidual"),
+    "pole-network": ("networks.pole_network", "PoleNetwork"),
 }
 
 

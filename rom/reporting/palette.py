@@ -28,8 +28,9 @@ STYLES: dict[str, Style] = {
     "transformer": Style("#E69F00", "*"),
     "mlp": Style("#D55E00", "<"),
     "mlp-residual": Style("#AA4499", ">"),
+    "pole-network": Style("#661100", "H"),
 }
-OTHERS = (Style("#661100", "H"), Style("#6699CC", "8"), Style("#B58900", "."))
+OTHERS = (Style("#6699CC", "8"), Style("#B58900", "."))
 
 
 def style(method: str) -> Style:

@@ -43,7 +43,7 @@ class HarmonicPointForce(Scene):
     leaves_out: ClassVar[dict[str, str]] = {
         "modes": "solved for only by the modal methods and by `mlp-residual`",
         "time stepping": "the steady state is asked for, not the transient",
-        "torch": "loaded only by the methods `mlp` and `mlp-residual`"}
+        "torch": "loaded only by the methods `mlp`, `mlp-residual` and `pole-network`"}
     regions: ClassVar[tuple[str, ...]] = (
         "unseen node", "unseen frequency band", "301-400 Hz", "loss factor 0.05 or 0.6")
 
