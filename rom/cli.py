@@ -14,7 +14,7 @@ import warnings
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import explain, frf, modes, stability
+from rom.commands import explain, frf, modes, stability, train
 from rom.commands.progress import bar
 from rom.errors import RomError
 
@@ -91,7 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     _common(report)
     report.set_defaults(run=_report)
 
-    for command in (explain, frf, modes, stability):  # each a file in rom/commands
+    for command in (explain, frf, modes, stability, train):  # each a file in rom/commands
         command.add(commands)
     return parser
 

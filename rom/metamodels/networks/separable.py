@@ -76,6 +76,8 @@ class SeparableNetwork(Network):
     ----------
     checkpoint : path, optional
         A file from which a killed training goes on to the same result; written while training, None for none.
+    split : str
+        Whose training cases a stored set taught, where that was said.
     """
 
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
@@ -88,6 +90,7 @@ class SeparableNetwork(Network):
             raise ValueError(f"storage={storage!r} is unknown: choose one of {', '.join(STORED)}")
         super().__init__(scene, seed, precision, rank=rank, steps=steps, storage=storage, **settings)
         self.checkpoint: str | Path | None = None
+        self.split = ""
 
     @property
     def model_bytes(self) -> int:
@@ -100,7 +103,7 @@ class SeparableNetwork(Network):
 
     # ---- learning -------------------------------------------------------------------------------------------
 
-    def fit_stored(self, path: str | Path, cases: np.ndarray) -> Self:
+    def fit_stored(self, path: str | Path, cases: np.ndarray, split: str = "") -> Self:
         """Learn from cases of a dataset that is stored reduced, node by node, without a whole answer in memory.
 
         Parameters
@@ -109,6 +112,8 @@ class SeparableNetwork(Network):
             Of a dataset that :func:`rom.datasets.whole.make_whole_dataset` made.
         cases : (n,) ndarray of int
             Positions of the training cases; nothing else is looked at.
+        split : str, optional
+            Whose training cases they are: kept in the file of weights.
 
         Raises
         ------
@@ -123,11 +128,12 @@ class SeparableNetwork(Network):
         self.trained = TrainedRange.of(CaseArrays(field.load[cases, None], field.force[cases, None], *points))
         self.borrowed_seconds = 0.0
         self._learn(AnswersOnDisk(self.scene, field, cases, self.settings["seed"]))
-        self.fitted = True
+        self.split, self.fitted = split, True
         self.offline_seconds = time.perf_counter() - start
         return self
 
     def _fit(self, train: xr.Dataset) -> None:
+        self.split = ""
         answers = AnswersInMemory(self.scene, train)
         self.borrowed_seconds = answers.seconds
         self._learn(answers)
@@ -307,6 +313,15 @@ class SeparableNetwork(Network):
         self._heads = (arrays["heads"] * arrays["heads_size"]).astype(np.float32)
         self._mix, self._n_field = arrays["mix"], arrays["heads"].shape[2]
         self._eigenvalue, self._participation = arrays["eigenvalue"], arrays["participation"]
+
+    def _file_attributes(self) -> dict[str, Any]:
+        return {**super()._file_attributes(), "split": self.split}
+
+    @classmethod
+    def _from_attributes(cls, attributes: dict[str, Any], path: str | Path, scene: Scene | None) -> Self:
+        model = super()._from_attributes(attributes, path, scene)
+        model.split = attributes.get("split", "")
+        return model
 
     def _keep(self, module: torch.nn.Module) -> None:
         super()._keep(module.requires_grad_(False))
