@@ -114,12 +114,30 @@ class PadAttention(nn.Module):
             pad = block(pad, *memory[-1])
         return [*memory, self.read(self.norm(pad))]
 
-    def forward(self, places: Tensor, memory: list | None = None) -> Tensor:
-        memory = memory or self.remember()
+    def _logits(self, places: Tensor, memory: list) -> Tensor:
+        """(n_force, n_token) Tensor: how near each token is to each force."""
         tokens = self.embedding(self.features(places))
         for block, (key, value) in zip(self.blocks, memory[:-1], strict=True):
             tokens = block(tokens, key, value)
         query, key = self.read(self.norm(tokens)), memory[-1]
         distance = query.square().sum(1)[:, None] - 2 * query @ key.T + key.square().sum(1)
-        weight = functional.softmax(-self.unit * self.log_sharpness.exp() * distance, dim=-1)
-        return weight @ self.values * self.scale
+        return -self.unit * self.log_sharpness.exp() * distance
+
+    def forward(self, places: Tensor, memory: list | None = None) -> Tensor:
+        logits = self._logits(places, memory or self.remember())
+        return functional.softmax(logits, dim=-1) @ self.values * self.scale
+
+    @torch.no_grad()
+    def settle(self, goal: Tensor) -> None:
+        """Take the values with which the answers at the tokens' places come nearest to ``goal`` (n_token, r)."""
+        weight = functional.softmax(self._logits(self.pad, self.remember()), dim=-1).double()
+        self.values.copy_(torch.linalg.lstsq(weight, (goal / self.scale).double()).solution)
+
+    def without_own_token(self) -> Tensor:
+        """(n_token, r) Tensor: answers at the tokens' places where each one's own token is hidden.
+
+        Values get no gradient: this teaches attention what to look at where a place was never seen.
+        """
+        logits = self._logits(self.pad, self.remember())
+        hidden = logits.masked_fill(torch.eye(len(self.pad), dtype=torch.bool), -math.inf)
+        return functional.softmax(hidden, dim=-1) @ self.values.detach() * self.scale

@@ -10,13 +10,24 @@ matrices a node, so that 516,240 of them cost no more than a few.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sla
 
+from rom.metamodels.networks.unit_answers import NodeCases, UnitAnswers
+
 NUGGET = 1e-8
 """Of the features' Gram matrix, relative to its diagonal: nodes can differ by that much without a reason in place."""
+
+
+DECAYS = (1e-10, 1e-6, 1e-3, 1e-1)
+SCALES = (2.0, 4.0)
+"""Weight decay and standard deviation of the branch's random frequencies [rad over the pad's half length]: the best on
+validation are taken; where every node has cases of its own, they matter little and the first are."""
+CASES_PER_TERM = 4
+"""So many cases per trunk function are enough of a node's own."""
 
 
 @dataclass
@@ -88,3 +99,68 @@ def solve_heads(statistics: Statistics, features: np.ndarray, decay: float) -> n
     factor = sla.cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
     weights = sla.cho_solve(factor, right, overwrite_b=True, check_finite=False).reshape(n, -1)
     return (lower @ weights).reshape(n, q, -1)
+
+
+def choose_heads(learned: Statistics, held: Statistics, cases_by_node: np.ndarray,
+                 features: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Coefficients from all cases, with the decay and scale that do best on validation when learned without it.
+
+    Parameters
+    ----------
+    learned, held : Statistics
+        Of the cases to learn from and of those for validation.
+    cases_by_node : (n,) ndarray of int
+    features : callable
+        (n, h) features of the branch by their scale.
+
+    Returns
+    -------
+    (n, q, r) ndarray
+    """
+    decay, scale = DECAYS[0], SCALES[0]
+    if not (cases_by_node >= CASES_PER_TERM * learned.gram.shape[1]).all():
+        def error(decay: float, scale: float) -> float:
+            return held.error(solve_heads(learned, features(scale), decay))
+
+        decay = min(DECAYS, key=lambda value: error(value, scale))
+        scale = min(SCALES, key=lambda value: error(decay, value))
+    return solve_heads(learned.plus(held), features(scale), decay)
+
+
+def gather(answers: UnitAnswers, unknown: Callable[[int, NodeCases], np.ndarray],
+           trunk: Callable[[np.ndarray], np.ndarray], validation: np.ndarray,
+           terms: int) -> tuple[Statistics, Statistics, np.ndarray]:
+    """Read every node's cases once.
+
+    Parameters
+    ----------
+    answers : UnitAnswers
+    unknown : callable
+        (n, R) answers of a node's cases, without what needs no learning.
+    trunk : callable
+        (n, q) complex values at points (n, 2).
+    validation : (n_case,) ndarray of bool
+    terms : int
+        q.
+
+    Returns
+    -------
+    learned, held : Statistics
+        Of the cases to learn from and of those for validation.
+    spread : (R, R) ndarray
+        Sum of outer products of the relative targets to learn from.
+    """
+    rank = answers.vectors.shape[1]
+    learned, held = (Statistics.empty(len(answers.cases_by_node), terms, rank) for _ in range(2))
+    spread = np.zeros((rank, rank))
+    for node in np.flatnonzero(answers.cases_by_node).tolist():
+        cases = answers.of_node(node)
+        target = unknown(node, cases) / cases.norm[:, None]
+        design = trunk(cases.point) / cases.norm[:, None]
+        aside = validation[cases.position]
+        for statistics, some in ((learned, ~aside), (held, aside)):
+            if some.any():
+                statistics.add(node, design[some], target[some])
+        rows = np.concatenate([target[~aside].real, target[~aside].imag])
+        spread += rows.T @ rows
+    return learned, held, spread

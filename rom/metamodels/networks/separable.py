@@ -26,7 +26,7 @@ from rom.datasets.storage import open_netcdf
 from rom.fullorder.blas import blas_threads
 from rom.metamodels.basis import Basis, combine
 from rom.metamodels.networks.network import WEIGHT, Network
-from rom.metamodels.networks.output_layer import Statistics, solve_heads
+from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
 from rom.metamodels.networks.unit_answers import (
     AnswersInMemory,
     AnswersOnDisk,
@@ -44,12 +44,6 @@ if TYPE_CHECKING:
 STORED = {"float32": np.float32, "float16": np.float16}
 POINTS_OF = 12
 """Nodes over whose operating points trunk functions are made orthonormal."""
-CASES_PER_TERM = 4
-"""With so many cases per trunk function at every node, neither decay nor features need choosing."""
-DECAYS = (1e-10, 1e-6, 1e-3, 1e-1)
-SCALES = (2.0, 4.0)
-"""Weight decay and standard deviation of the branch's random frequencies [rad over the pad's half length]: the best on
-validation are taken; where every node has cases of its own, the scale matters little and the first is."""
 FEATURES = 256
 BLOCK = 64
 
@@ -149,11 +143,13 @@ class SeparableNetwork(Network):
             trunk = self._trunk()
             self._train_trunk(trunk, answers, validation)
             mix = self._orthonormal(trunk, answers)
-            learned, held, spread = self._statistics(trunk, mix, answers, validation)
+            learned, held, spread = gather(
+                answers, self._unknown, lambda point: self._trunk_values(trunk, point) @ mix, validation, mix.shape[1])
             value, direction = np.linalg.eigh(spread)
             rank = self._rank(int((value > NOISE * value[-1]).sum()))
             direction = direction[:, ::-1][:, :rank]
-            heads = self._output_layer(learned.in_basis(direction), held.in_basis(direction), answers)
+            heads = choose_heads(learned.in_basis(direction), held.in_basis(direction), answers.cases_by_node,
+                                 self._features)
         fields = (answers.vectors @ direction).T
         self._take(trunk, mix, heads, np.concatenate([fields, rows]) if self.static_part else fields)
         del self._known
@@ -207,34 +203,6 @@ class SeparableNetwork(Network):
 
         with torch.no_grad():
             return trunk(torch.from_numpy(np.ascontiguousarray(points))).numpy()
-
-    def _statistics(self, trunk, mix, answers, validation) -> tuple[Statistics, Statistics, np.ndarray]:
-        """What the output layer needs of the cases that it learns from and of those for validation; (R, R) spread."""
-        rank = answers.vectors.shape[1]
-        parts = [Statistics.empty(self.scene.n_pad, mix.shape[1], rank) for _ in range(2)]
-        spread = np.zeros((rank, rank))
-        for node in np.flatnonzero(answers.cases_by_node).tolist():
-            cases = answers.of_node(node)
-            target = self._unknown(node, cases) / cases.norm[:, None]
-            design = self._trunk_values(trunk, cases.point) @ mix / cases.norm[:, None]
-            aside = validation[cases.position]
-            for statistics, some in zip(parts, (~aside, aside), strict=True):
-                if some.any():
-                    statistics.add(node, design[some], target[some])
-            rows = np.concatenate([target[~aside].real, target[~aside].imag])
-            spread += rows.T @ rows
-        return parts[0], parts[1], spread
-
-    def _output_layer(self, learned: Statistics, held: Statistics, answers: UnitAnswers) -> np.ndarray:
-        """(n_pad, q, rank) ndarray: with the weight decay and the scale of features that do best on validation."""
-        decay, scale = DECAYS[0], SCALES[0]
-        if not (answers.cases_by_node >= CASES_PER_TERM * learned.gram.shape[1]).all():
-            def error(decay: float, scale: float) -> float:
-                return held.error(solve_heads(learned, self._features(scale), decay))
-
-            decay = min(DECAYS, key=lambda value: error(value, scale))
-            scale = min(SCALES, key=lambda value: error(decay, value))
-        return solve_heads(learned.plus(held), self._features(scale), decay)
 
     def _features(self, scale: float) -> np.ndarray:
         """(n_pad, h) ndarray: Fourier features of position and normal at every pad node."""
