@@ -23,6 +23,7 @@ from urllib.parse import urlsplit
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from rom.errors import RomError
+from rom.fullorder import blas_threads
 from rom.interactive.connection import Connection, Desk
 from rom.interactive.download import FORMATS, field_file
 from rom.interactive.engine import Engine
@@ -250,7 +251,9 @@ def address_of(bound: socket.socket) -> str:
 
 def serve(application: web.Application, bound: socket.socket, ready: Callable[[], None]) -> None:
     """Serve until the process is interrupted or terminated."""
-    asyncio.run(_serve(application, bound, ready))
+    # the browser that draws wants the cores too: two threads that wait for each other would stall a picture
+    with blas_threads(1):
+        asyncio.run(_serve(application, bound, ready))
 
 
 async def _serve(application: web.Application, bound: socket.socket, ready: Callable[[], None]) -> None:

@@ -124,6 +124,7 @@ export async function start(engine) {
       figures.showWaiting();
       busy(`${asked.method} is solving …`);
     }, SLOW_WAIT_MS);
+    view.expect(!slow(asked));
     try {
       await showCut(asked);
       const answer = await engine.field(asked, {signal: abort.signal, onIndicators: header => {
@@ -135,6 +136,7 @@ export async function start(engine) {
       hint(error.message, true);
     } finally {
       clearTimeout(timer);
+      view.expect(false);
       if (!comparing) busy(null);
       inFlight = null;
       if (waiting) next();
@@ -151,6 +153,7 @@ export async function start(engine) {
 
   function showField({header, arrays: answer}, asked, since) {
     shown = {state: asked, header};
+    view.expect(false);
     const drawn = view.show(answer.u.data, {quantity: asked.quantity, strain: answer.strain?.data ?? null,
                                             cutU: answer.cut_u?.data, moving: asked.frequency > 0, scale});
     controls.showScale(drawn.scale, scale === null);

@@ -10,6 +10,7 @@ const CYCLE_MS = 2000;
 const SHOWN_MM = 3; // what the largest displacement is drawn as where the exaggeration is automatic
 const CLICK_PX = 6;
 const SLOW_FRAME_MS = 29, COARSEST = 0.5;
+const LONGEST_PAUSE_MS = 120; // of the motion, while a new field is computed
 const UP = new THREE.Vector3(1, 0, 0); // the finger points up, as on a fingerprint
 
 export class View {
@@ -20,6 +21,7 @@ export class View {
   #afterPaint = [];
   #intervals = [];
   #pixelRatio = 1;
+  #expected = null;
   frames = 0;
 
   /**
@@ -154,6 +156,11 @@ export class View {
     this.draw();
   }
 
+  /** A new field is being computed, or has come: the motion makes way for it, since both want the same cores. */
+  expect(field) {
+    this.#expected = field ? performance.now() : null;
+  }
+
   /** Phase of the cycle shown, 0 to 2 pi. */
   get theta() {
     return this.moving ? this.#theta : 0;
@@ -178,6 +185,11 @@ export class View {
   #frame(time) {
     this.#pending = false;
     const moves = this.#playing && this.moving;
+    if (moves && this.#expected !== null && time - this.#expected < LONGEST_PAUSE_MS) {
+      this.#last = null;
+      this.draw();
+      return;
+    }
     if (moves) {
       if (this.#last !== null) {
         this.#theta = (this.#theta + 2 * Math.PI * Math.min(time - this.#last, 200) / CYCLE_MS) % (2 * Math.PI);
