@@ -30,7 +30,8 @@ class Entry:
     method: str
     settings: dict[str, Any]
     headline: bool
-    models: dict[str, Metamodel]
+    models: dict[str, Any]
+    """Metamodels, or those of load paths."""
     keys: dict[str, str]
     """Digest of everything that each model depends on."""
     snapshot_seconds: float
@@ -44,7 +45,7 @@ class Entry:
         return " ".join(setting_words(self.settings))
 
     @property
-    def model(self) -> Metamodel:
+    def model(self) -> Any:
         """The one that is timed."""
         return self.models[SPLITS[0]]
 
@@ -102,7 +103,7 @@ def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: 
     omitted : list of str
         Settings that cannot be fitted to these data, each with the reason.
     """
-    rows = list(_rows(curves))
+    rows = list(rows_of(curves))
     found: dict[str, dict[str, tuple[Metamodel, str]]] = {}
     omitted: dict[str, str] = {}
     for split, (method, settings, _) in progress([(split, row) for split in SPLITS for row in rows]):
@@ -129,14 +130,20 @@ def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: 
             keys = {split: key for split, (_, key) in found[name].items()}
             snapshots = truth.snapshot_seconds(SPLITS[0]) if metamodel_class(method).learns else 0.0
             entries.append(Entry(method, settings, headline, models, keys, snapshots))
+    every_method_has_a_headline(entries)
+    return entries, list(omitted.values())
+
+
+def every_method_has_a_headline(entries: list[Entry]) -> None:
+    """Where a method's headline was left out, its last entry speaks for it."""
     for method in {entry.method for entry in entries}:
         mine = [entry for entry in entries if entry.method == method]
         if not any(entry.headline for entry in mine):
             mine[-1].headline = True
-    return entries, list(omitted.values())
 
 
-def _rows(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], bool]]:
+def rows_of(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], bool]]:
+    """Method, settings and whether they are its headline, of every setting."""
     for method, curve in curves.items():
         for i, settings in enumerate(curve.settings):
             yield method, settings, i == curve.headline % len(curve.settings)

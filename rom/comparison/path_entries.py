@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import xarray as xr
 
 from rom.cache import cached_path
+from rom.comparison.entries import Entry, every_method_has_a_headline, rows_of
 from rom.comparison.settings import Curve, label
 from rom.datasets import SPLITS, select
 from rom.errors import SchemaError
@@ -26,41 +26,18 @@ coarse mesh varies little. All other methods answer every held-out path."""
 SOURCES = ("collagen", "scenes", "datasets/contact_schema.py", "datasets/path_solutions.py", "metamodels/contact")
 
 
-@dataclass
-class PathEntry:
-    """A method at a setting with a fitted model for each split."""
-
-    method: str
-    settings: dict[str, Any]
-    headline: bool
-    models: dict[str, ContactMetamodel]
-    keys: dict[str, str]
-    snapshot_seconds: float
-
-    @property
-    def label(self) -> str:
-        return label(self.method, self.settings)
-
-    @property
-    def model(self) -> ContactMetamodel:
-        """The one that is timed."""
-        return self.models[SPLITS[0]]
-
-
 def fit_entries(scene: FingerOnGlass, curves: dict[str, Curve], data: xr.Dataset, key: str, seed: int,
-                progress: Callable) -> tuple[list[PathEntry], list[str]]:
+                progress: Callable) -> tuple[list[Entry], list[str]]:
     """Fit every setting of every method to each split, or load what was fitted before.
 
     Returns
     -------
-    entries : list of PathEntry
+    entries : list of Entry
     omitted : list of str
         Settings that cannot be fitted to these paths, each with the reason.
     """
     entries, omitted = [], []
-    rows = [(method, settings, i == curve.headline % len(curve.settings))
-            for method, curve in curves.items() for i, settings in enumerate(curve.settings)]
-    for method, settings, headline in progress(rows):
+    for method, settings, headline in progress(list(rows_of(curves))):
         kind = metamodel_class(method, scene.name)
         models: dict[str, ContactMetamodel] = {}
         keys: dict[str, str] = {}
@@ -77,11 +54,8 @@ def fit_entries(scene: FingerOnGlass, curves: dict[str, Curve], data: xr.Dataset
             omitted.append(f"{label(method, settings)}: {error}")
             continue
         snapshots = data["solve_seconds"].values[select(data, SPLITS[0], "train")].sum() if kind.learns else 0.0
-        entries.append(PathEntry(method, settings, headline, models, keys, float(snapshots)))
-    for method in {entry.method for entry in entries}:
-        mine = [entry for entry in entries if entry.method == method]
-        if not any(entry.headline for entry in mine):
-            mine[-1].headline = True
+        entries.append(Entry(method, settings, headline, models, keys, float(snapshots)))
+    every_method_has_a_headline(entries)
     return entries, omitted
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
+from rom.comparison.entries import Entry
 from rom.comparison.errors import statistics
-from rom.comparison.path_entries import SLOW, PathEntry
+from rom.comparison.path_entries import SLOW
 from rom.comparison.path_errors import QUANTITIES, contact_errors, displacement_errors
 from rom.datasets import SPLITS, select
 from rom.datasets.storage import read_netcdf, write_netcdf
@@ -17,7 +18,7 @@ from rom.provenance import source_digest
 from rom.scenes import FingerOnGlass, PathArrays
 
 
-def measure_errors(entries: list[PathEntry], scene: FingerOnGlass, data: xr.Dataset, tests: xr.Dataset,
+def measure_errors(entries: list[Entry], scene: FingerOnGlass, data: xr.Dataset, tests: xr.Dataset,
                    held_out: np.ndarray, key: str, progress: Callable) -> tuple[dict[str, tuple], np.ndarray]:
     """Error variables of the results, and the displacement error of every state (entry, split, case, position)."""
     n, n_case, n_position = len(entries), len(held_out), scene.n_positions
@@ -69,7 +70,7 @@ def measure_errors(entries: list[PathEntry], scene: FingerOnGlass, data: xr.Data
     }, state
 
 
-def _entry_errors(entry: PathEntry, split: str, scene: FingerOnGlass, tests: xr.Dataset, cases: np.ndarray, key: str
+def _entry_errors(entry: Entry, split: str, scene: FingerOnGlass, tests: xr.Dataset, cases: np.ndarray, key: str
                   ) -> xr.Dataset:
     """Errors of one model, found again where the model and the truth are the same."""
     path = cached_path("errors", {"model": entry.keys[split], "truth": key, "cases": cases.tolist(),
@@ -97,7 +98,7 @@ def _most(values: np.ndarray, axis: int | None) -> np.ndarray:
     return np.where(known.any(axis=axis), np.where(known, values, -np.inf).max(axis=axis, initial=-np.inf), np.nan)
 
 
-def worst_paths(entries: list[PathEntry], scene: FingerOnGlass, tests: xr.Dataset, paths: PathArrays, state: np.ndarray
+def worst_paths(entries: list[Entry], scene: FingerOnGlass, tests: xr.Dataset, paths: PathArrays, state: np.ndarray
                 ) -> xr.Dataset:
     """Truth and answer at the worst held-out state of the published split, for each headline entry."""
     headline = [i for i, entry in enumerate(entries) if entry.headline]

@@ -8,7 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from rom.comparison.path_entries import SLOW, PathEntry
+from rom.comparison.entries import Entry
+from rom.comparison.path_entries import SLOW
 from rom.comparison.timing import interleaved
 from rom.fullorder import blas_threads
 from rom.metamodels.validity import ValidityWarning
@@ -17,7 +18,7 @@ from rom.scenes import FingerOnGlass, PathArrays
 BATCH = 64
 
 
-def measure_times(entries: list[PathEntry], scene: FingerOnGlass, paths: PathArrays, repeats: int, progress: Callable
+def measure_times(entries: list[Entry], scene: FingerOnGlass, paths: PathArrays, repeats: int, progress: Callable
                   ) -> dict[str, tuple]:
     """Time variables of the results: one whole path, in a batch, contact quantities alone; methods interleaved."""
     paths = paths.take(np.random.default_rng(0).permutation(len(paths)))

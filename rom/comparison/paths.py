@@ -19,7 +19,7 @@ from rom.comparison.path_entries import SOURCES, fit_entries
 from rom.comparison.path_errors import DEFINITIONS, QUANTITIES, displacement_errors
 from rom.comparison.path_held_out import measure_errors, worst_paths
 from rom.comparison.path_times import measure_times
-from rom.comparison.settings import NOT_APPLICABLE, Curve, setting_words
+from rom.comparison.settings import NOT_APPLICABLE, Curve
 from rom.comparison.timing import threads_in_use
 from rom.datasets import SPLITS, select
 from rom.datasets.storage import whole_file
@@ -63,7 +63,7 @@ def compare_paths(scene: FingerOnGlass, curves: dict[str, Curve], data: xr.Datas
     results = xr.Dataset({**errors, **measure_times(entries, scene, published, repeats,
                                                     lambda items: progress(items, "timing"))}, coords={
         "entry": [entry.label for entry in entries], "method": ("entry", [entry.method for entry in entries]),
-        "setting": ("entry", [" ".join(setting_words(entry.settings)) for entry in entries]),
+        "setting": ("entry", [entry.setting for entry in entries]),
         "headline": ("entry", [entry.headline for entry in entries]), "split": list(SPLITS),
         "region": list(scene.regions), "quantity": list(QUANTITIES), "case": held_out,
         "variant": ("case", [VARIANTS[v] for v in paths.variant]),

@@ -20,9 +20,9 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.datasets.contact_schema import QUANTITIES, check_paths, dataset_attributes, label_answers, mesh_variables
 from rom.datasets.path_solutions import solve_path, warm_up
-from rom.datasets.snapshots import Progress, claim, recipe_of
+from rom.datasets.snapshots import Progress, begin_or_resume
 from rom.datasets.splits import split_variables
-from rom.datasets.storage import open_netcdf, read_netcdf, remove_leftovers, write_in_blocks, write_netcdf
+from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, write_netcdf
 from rom.errors import SchemaError
 from rom.provenance import source_digest, stamp, usable_cores
 from rom.scenes import FingerOnGlass, PathArrays, scene_from_json
@@ -99,16 +99,9 @@ def make_paths(scene: FingerOnGlass, count: int, path: str | Path, *, beyond: in
     paths, cases = draw_paths(scene, count, beyond, seed)
     path = Path(path)
     recipe = recipe_for(scene, count, beyond, seed)
-    if path.is_dir():
-        raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")
-    if path.exists():
-        if recipe_of(path) == recipe:
-            return path
-        raise FileExistsError(f"{path} exists and was not made from this recipe (scene, paths, seed or software "
-                              "differ): delete it or name another file")
-    folder = path.with_name(path.name + ".pieces")
-    claim(folder, recipe)
-    remove_leftovers(path)
+    folder = begin_or_resume(path, recipe, "paths")
+    if folder is None:
+        return path
     todo = [i for i in range(len(paths)) if not _piece(folder, i).exists()]
     with ExitStack() as stack:
         solved = _solved(stack, scene, paths, todo, scheduler, workers)

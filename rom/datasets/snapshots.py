@@ -162,16 +162,9 @@ def _source() -> str:
 def _make(scene: Scene, arrays: CaseArrays, cases: xr.Dataset, path: Path, recipe: dict, compress: bool,
           progress: Progress) -> Path:
     """Solve the pieces that are missing, then assemble them."""
-    folder = path.with_name(path.name + ".pieces")
-    if path.is_dir():
-        raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")
-    if path.exists():
-        if recipe_of(path) == recipe:
-            return path
-        raise FileExistsError(f"{path} exists and was not made from this recipe (scene, cases, seed or software "
-                              "differ): delete it or name another file")
-    claim(folder, recipe)
-    remove_leftovers(path)
+    folder = begin_or_resume(path, recipe, "cases")
+    if folder is None:
+        return path
     pieces = _pieces(scene, arrays)
     for k in progress(range(len(pieces))):
         _make_piece(scene, arrays.take(pieces[k]), pieces[k], folder / f"{k:05d}.nc")
@@ -180,7 +173,33 @@ def _make(scene: Scene, arrays: CaseArrays, cases: xr.Dataset, path: Path, recip
     return path
 
 
-def recipe_of(path: Path) -> dict | None:
+def begin_or_resume(path: Path, recipe: dict, what: str) -> Path | None:
+    """The folder for the pieces of ``path``, claimed for its recipe; None where the file is made already.
+
+    Parameters
+    ----------
+    what : str
+        What the dataset holds, for messages.
+
+    Raises
+    ------
+    IsADirectoryError, FileExistsError, SchemaError
+        See :func:`make_dataset`.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")
+    if path.exists():
+        if _recipe_of(path) == recipe:
+            return None
+        raise FileExistsError(f"{path} exists and was not made from this recipe (scene, {what}, seed or software "
+                              "differ): delete it or name another file")
+    folder = path.with_name(path.name + ".pieces")
+    _claim(folder, recipe)
+    remove_leftovers(path)
+    return folder
+
+
+def _recipe_of(path: Path) -> dict | None:
     """The recipe that a dataset was made from; None where the file is none."""
     try:
         with open_netcdf(path) as data:
@@ -189,7 +208,7 @@ def recipe_of(path: Path) -> dict | None:
         return None
 
 
-def claim(folder: Path, recipe: dict) -> None:
+def _claim(folder: Path, recipe: dict) -> None:
     """Create the folder of pieces with its recipe, or check that the one found has the same."""
     note = folder / "recipe.json"
     if note.exists():
