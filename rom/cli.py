@@ -14,7 +14,7 @@ import warnings
 from pathlib import Path
 from typing import Any, NoReturn
 
-from rom.commands import explain, export_page, frf, modes, path_dataset, serve, slide, stability
+from rom.commands import explain, export_page, frf, modes, path_dataset, serve, slide, stability, train
 from rom.commands.progress import bar
 from rom.errors import RomError
 
@@ -65,8 +65,12 @@ def _parser() -> argparse.ArgumentParser:
 
     dataset = commands.add_parser("dataset", help="make a dataset of a scene, resumable")
     dataset.add_argument("scene", metavar="SCENE")
-    dataset.add_argument("--cases", type=int, required=True, help="cases within the published ranges")
-    dataset.add_argument("--beyond", type=int, default=0, help="further cases outside them (default 0)")
+    which = dataset.add_mutually_exclusive_group(required=True)
+    which.add_argument("--cases", type=int, help="cases within the published ranges, solved directly")
+    which.add_argument("--whole", nargs="?", const="published", choices=("published", "beyond"),
+                       help="harmonic-point-force alone: every case of the published grid, or also those beyond it, by "
+                            "a ROM whose residual is checked in each; stored reduced")
+    dataset.add_argument("--beyond", type=int, help="with --cases: further cases outside the ranges (default 0)")
     dataset.add_argument("--output", type=Path, required=True, metavar="FILE")
     dataset.add_argument("--seed", type=_seed, default=0)
     dataset.add_argument("--preset", help="mesh of the linear scenes: metamodel (default) or study")
@@ -88,7 +92,7 @@ def _parser() -> argparse.ArgumentParser:
     _common(report)
     report.set_defaults(run=_report)
 
-    for command in (explain, export_page, frf, modes, serve, slide, stability):  # each a file in rom/commands
+    for command in (explain, export_page, frf, modes, serve, slide, stability, train):  # each a file in rom/commands
         command.add(commands)
     return parser
 
@@ -125,7 +129,7 @@ def _scenes(_: argparse.Namespace) -> None:
 
 
 def _dataset(arguments: argparse.Namespace) -> None:
-    from rom.datasets import make_dataset
+    from rom.datasets import make_dataset, make_whole_dataset
     from rom.fingertip import Fingertip
     from rom.scenes import CONTACT_SCENES, get_scene
 
@@ -135,8 +139,19 @@ def _dataset(arguments: argparse.Namespace) -> None:
     path_dataset.refuse_options(arguments)
     tip = Fingertip.preset(arguments.preset or "metamodel", formulation=arguments.formulation or "b-bar")
     scene = get_scene(arguments.scene, tip)
-    path = make_dataset(scene, arguments.cases, arguments.output, beyond=arguments.beyond, seed=arguments.seed,
-                        compress=arguments.compress, progress=lambda items: bar(items, "snapshots"))
+
+    def progress(items):
+        return bar(items, "snapshots")
+
+    if arguments.whole:
+        if arguments.beyond is not None or arguments.compress:
+            raise ValueError("--whole takes neither --beyond nor --compress: say `--whole beyond` for the cases "
+                             "outside the published ranges; the file is small already")
+        path = make_whole_dataset(scene, arguments.output, beyond=arguments.whole == "beyond", seed=arguments.seed,
+                                  progress=progress)
+    else:
+        path = make_dataset(scene, arguments.cases, arguments.output, beyond=arguments.beyond or 0,
+                            seed=arguments.seed, compress=arguments.compress, progress=progress)
     print(path)
 
 

@@ -33,13 +33,16 @@ def run(arguments: argparse.Namespace) -> None:
         For options of the linear scenes, and numbers that cannot be.
     """
     _refuse(arguments, LINEAR)
+    if arguments.whole:
+        raise ValueError(f"--whole is for harmonic-point-force, not for {arguments.scene}: say --cases")
     from rom.datasets.contact_paths import make_paths
     from rom.scenes import get_scene
 
     mesh = {name: getattr(arguments, name) for name in ("rays", "layers") if getattr(arguments, name) is not None}
-    print(make_paths(get_scene(arguments.scene, **mesh), arguments.cases, arguments.output, beyond=arguments.beyond,
-                     seed=arguments.seed, compress=arguments.compress, scheduler=arguments.scheduler,
-                     workers=arguments.workers, progress=lambda items: bar(items, "paths")))
+    print(make_paths(get_scene(arguments.scene, **mesh), arguments.cases, arguments.output,
+                     beyond=arguments.beyond or 0, seed=arguments.seed, compress=arguments.compress,
+                     scheduler=arguments.scheduler, workers=arguments.workers,
+                     progress=lambda items: bar(items, "paths")))
 
 
 def _refuse(arguments: argparse.Namespace, names: tuple[str, ...]) -> None:

@@ -90,7 +90,7 @@ class Truth:
 def read_dataset_index(path: Path) -> xr.Dataset:
     """A dataset without its fields: inputs, splits, residuals."""
     with open_netcdf(path) as data:
-        return data.drop_vars(["displacement", "mesh_volume_nodes", "tissue"]).load()
+        return data.drop_vars(["displacement", "mesh_volume_nodes", "tissue"], errors="ignore").load()
 
 
 def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: Callable
@@ -201,5 +201,5 @@ def seeded(method: str, settings: dict[str, Any], seed: int) -> dict[str, Any]:
     return {**settings, "seed": seed} if is_network(method) else settings
 
 
-SOURCES = ("metamodel", "basis", "direct", "superposition", "lanczos", "certificate", "modal", "modal_certificate",
-           "pod", "coarse_fem", "regression", "residual_bound", "validity")
+SOURCES = ("metamodel", "basis", "direct", "superposition", "certificate", "modal", "modal_certificate",
+           "pod", "coarse_fem", "regression", "regressors", "lookup_table", "residual_bound", "validity")

@@ -41,10 +41,11 @@ USES: dict[str, _Uses] = {
     "coarse-fem": _Uses(solves=True, other_mesh=True),
     "superposition": _Uses(responses=True),
     "modal": _Uses(modes=True, responses=True), "modal-static": _Uses(modes=True, responses=True),
-    "modal-krylov": _Uses(modes=True, responses=True),
+    "modal-krylov": _Uses(modes=True, responses=True), "lookup-table": _Uses(modes=True, responses=True),
     "pod-galerkin": _Uses(), "pod-regression": _NOTHING._replace(regression=True),
     "transformer": _NOTHING._replace(network=True), "mlp": _NOTHING._replace(network=True),
-    "mlp-residual": _Uses(modes=True, responses=True, network=True)}
+    "mlp-residual": _Uses(modes=True, responses=True, network=True),
+    "pole-network": _Uses(responses=True, network=True)}
 
 
 @dataclass(frozen=True)

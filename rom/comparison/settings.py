@@ -25,6 +25,7 @@ def _each(name: str, *values: Any, **fixed: Any) -> tuple[dict[str, Any], ...]:
 
 
 SINGLE = {"precision": "float32"}
+OTHER_REGRESSORS = ("knn", "gp", "extra-trees")
 
 CURVES: dict[str, dict[str, Curve]] = {
     StaticPointForces.name: {
@@ -46,9 +47,18 @@ CURVES: dict[str, dict[str, Curve]] = {
             {"modes": 20, "vectors": 3}, {"modes": 20, "vectors": 5},
             *_each("vectors", 6, 8, 10, modes=40, **SINGLE), {"modes": 40, "vectors": 10}), headline=4),
         "pod-galerkin": Curve(_each("rank", 100, 200, 300, 400, 500, **SINGLE), headline=-1),
-        "pod-regression": Curve(_each("rank", 50, 100, 200)),
+        "lookup-table": Curve((
+            {"frequencies": 31, "loss_factors": 5, "interpolation": "linear"},
+            {"frequencies": 61, "loss_factors": 9, "interpolation": "linear"},
+            {"frequencies": 31, "loss_factors": 5, "interpolation": "cubic"},
+            {"frequencies": 61, "loss_factors": 9, "interpolation": "cubic"},
+            {"frequencies": 31, "loss_factors": 5, "interpolation": "linear", "variable": "s"},
+            {"frequencies": 31, "loss_factors": 5, "interpolation": "cubic", "variable": "s"}), headline=3),
+        "pod-regression": Curve((
+            *_each("rank", 50, 100, 200), *_each("regressor", *OTHER_REGRESSORS, rank=200)), headline=2),
         "mlp": Curve(({},)),
         "mlp-residual": Curve(({},)),
+        "pole-network": Curve(({},)),
     },
     FingerOnGlass.name: {
         "direct": Curve(({},)),
@@ -73,9 +83,12 @@ QUICK_CURVES: dict[str, dict[str, Curve]] = {
         "direct": Curve(({},)), "direct-reused": Curve(({},)), "coarse-fem": Curve(({"scale": 0.7},)),
         "modal": Curve(({"modes": 6}, {}), headline=1), "modal-static": Curve(({"modes": 20},)),
         "modal-krylov": Curve(({"modes": 20, "vectors": 3}, {"modes": 20, "vectors": 6}), headline=1),
-        "pod-galerkin": Curve(_each("rank", 20, 60)), "pod-regression": Curve(({"rank": 40},)),
-        "mlp": Curve(({"width": 64, "steps": 60},)),
-        "mlp-residual": Curve(({"modes": 10, "rank": 16, "width": 64, "steps": 60},)),
+        "lookup-table": Curve(({"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},)),
+        "pod-galerkin": Curve(_each("rank", 20, 60)),
+        "pod-regression": Curve(({"rank": 40}, *_each("regressor", *OTHER_REGRESSORS, rank=40)), headline=0),
+        "mlp": Curve(({"terms": 8, "width": 16, "steps": 5},)),
+        "mlp-residual": Curve(({"modes": 10, "rank": 16, "width": 16, "steps": 5},)),
+        "pole-network": Curve(({"poles": 10, "rank": 40, "steps": 5},)),
     },
     FingerOnGlass.name: {
         "direct": Curve(({},)), "coarse-fem": Curve(({"scale": 0.75},)), "interpolation": Curve(({},)),
@@ -88,8 +101,10 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
         "modal": "a static answer has no resonance to sum over; unit-load responses are exact and cheaper",
         "modal-static": "its static part alone is already the exact answer: that is `superposition`",
         "modal-krylov": "its first vector alone is already the exact answer: that is `superposition`",
+        "lookup-table": "has nothing to interpolate over: a table of unit responses is `superposition`",
         "mlp": "takes one force with a frequency; several static forces are the transformer's case",
         "mlp-residual": "nothing is left over when the static part is exact",
+        "pole-network": "a static answer has no poles",
     },
     HarmonicPointForce.name: {
         "superposition": "unit-load responses differ at every frequency and loss factor; storing them all is a look-up "
@@ -99,10 +114,12 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
     HarmonicPatchForces.name: {
         "superposition": "unit-load responses differ at every frequency and loss factor; storing them all is a look-up "
                          "table, not a model",
+        "lookup-table": "stands beside the published networks, which answer one normal force at a pad node",
         "pod-regression": "interpolates over the pad's nodes; a few patches leave nothing to interpolate",
         "transformer": "is the published network for several static forces",
         "mlp": "is the published network for one normal force at a pad node",
         "mlp-residual": "is the published network's variant for one normal force at a pad node",
+        "pole-network": "stands beside the published networks, which answer one normal force at a pad node",
     },
     FingerOnGlass.name: {
         "direct-reused": "the tangent changes in every iteration: there is no factor to keep",

@@ -20,7 +20,8 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.datasets.contact_schema import QUANTITIES, check_paths, dataset_attributes, label_answers, mesh_variables
 from rom.datasets.path_solutions import solve_path, warm_up
-from rom.datasets.snapshots import Progress, begin_or_resume
+from rom.datasets.pieces import begin_or_resume
+from rom.datasets.snapshots import Progress
 from rom.datasets.splits import split_variables
 from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, write_netcdf
 from rom.errors import SchemaError

@@ -17,10 +17,11 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
+from rom.datasets.pieces import begin_or_resume
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.splits import split_variables
-from rom.datasets.storage import open_netcdf, read_netcdf, remove_leftovers, write_in_blocks, write_netcdf
-from rom.errors import SchemaError, SolverError
+from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, write_netcdf
+from rom.errors import SolverError
 from rom.provenance import source_digest, stamp
 from rom.scenes import CaseArrays, Scene
 
@@ -126,7 +127,8 @@ def make_dataset(scene: Scene, count: int, path: str | Path, *, beyond: int = 0,
         Where the disk is full; finished pieces stay and the next run goes on from them.
     """
     arrays, cases = draw_cases(scene, count, beyond, seed)
-    recipe = {"scene": json.loads(scene.to_json()), "cases": count, "beyond": beyond, "seed": seed, "source": _source()}
+    recipe = {"scene": json.loads(scene.to_json()), "cases": count, "beyond": beyond, "seed": seed,
+              "source": solver_sources()}
     return _make(scene, arrays, cases, Path(path), recipe, compress, progress)
 
 
@@ -150,12 +152,13 @@ def solve_dataset(scene: Scene, arrays: CaseArrays, path: str | Path | None = No
     for values in (a for a in arrays if a is not None):
         digest.update(f"{values.shape} {values.dtype}".encode() + np.ascontiguousarray(values).tobytes())
     recipe = {"scene": json.loads(scene.to_json()), "content": scene.content_hash, "cases": digest.hexdigest(),
-              "source": _source()}
+              "source": solver_sources()}
     path = Path(path or cached_path("answers", recipe))
     return _make(scene, arrays, scene.cases_from(arrays), path, recipe, compress, progress)
 
 
-def _source() -> str:
+def solver_sources() -> str:
+    """Digest of the source files that an answer depends on."""
     return source_digest("fullorder", "fingertip", "scenes", "datasets")
 
 
@@ -171,55 +174,6 @@ def _make(scene: Scene, arrays: CaseArrays, cases: xr.Dataset, path: Path, recip
     _assemble(scene, cases, folder, len(pieces), path, compress, recipe)
     shutil.rmtree(folder)
     return path
-
-
-def begin_or_resume(path: Path, recipe: dict, what: str) -> Path | None:
-    """The folder for the pieces of ``path``, claimed for its recipe; None where the file is made already.
-
-    Parameters
-    ----------
-    what : str
-        What the dataset holds, for messages.
-
-    Raises
-    ------
-    IsADirectoryError, FileExistsError, SchemaError
-        See :func:`make_dataset`.
-    """
-    if path.is_dir():
-        raise IsADirectoryError(f"{path} is a folder: name a file for the dataset")
-    if path.exists():
-        if _recipe_of(path) == recipe:
-            return None
-        raise FileExistsError(f"{path} exists and was not made from this recipe (scene, {what}, seed or software "
-                              "differ): delete it or name another file")
-    folder = path.with_name(path.name + ".pieces")
-    _claim(folder, recipe)
-    remove_leftovers(path)
-    return folder
-
-
-def _recipe_of(path: Path) -> dict | None:
-    """The recipe that a dataset was made from; None where the file is none."""
-    try:
-        with open_netcdf(path) as data:
-            return json.loads(data.attrs.get("recipe", "null"))
-    except (SchemaError, json.JSONDecodeError):
-        return None
-
-
-def _claim(folder: Path, recipe: dict) -> None:
-    """Create the folder of pieces with its recipe, or check that the one found has the same."""
-    note = folder / "recipe.json"
-    if note.exists():
-        if json.loads(note.read_text(encoding="utf-8")) != recipe:
-            raise SchemaError(f"{folder} holds pieces of another recipe (scene, cases, seed or software differ): "
-                              "delete that folder or write to another file")
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    temporary = folder / "recipe.partial"
-    temporary.write_text(json.dumps(recipe), encoding="utf-8")
-    temporary.replace(note)
 
 
 def _pieces(scene: Scene, arrays: CaseArrays) -> list[np.ndarray]:

@@ -1,6 +1,8 @@
 """Which cases are learned from and which are held out.
 
-``published``: a random 20 % of the cases within the published ranges is held out. ``hard``: whole load nodes, whole
+``published``: a random 20 % of the cases within the published ranges is held out. Where a scene counts these cases, the
+seed draws from all of them, so that a case is held out in every dataset of that seed or in none: what a network learned
+from one of them it has not seen in another. ``hard``: whole load nodes, whole
 frequency bands and everything beyond the published ranges are held out. A validation set is always carved from the
 training part, never from the held-out one.
 """
@@ -33,8 +35,7 @@ def split_variables(scene: Scene | FingerOnGlass, arrays: CaseArrays | PathArray
     count = len(arrays)
     published = np.full(count, SPLIT_FLAGS["unused"], dtype=np.int8)
     published[:n_within] = SPLIT_FLAGS["train"]
-    rng = np.random.default_rng([seed, 20])
-    published[rng.permutation(n_within)[:round(HELD_OUT_FRACTION * n_within)]] = SPLIT_FLAGS["test"]
+    published[:n_within][_published_test(scene, arrays, n_within, seed)] = SPLIT_FLAGS["test"]
     region = scene.hard_region(arrays, seed).astype(np.int8)  # type: ignore[arg-type]  # each takes its own kind
     hard = np.where(region > 0, SPLIT_FLAGS["test"], SPLIT_FLAGS["train"]).astype(np.int8)
     flags = {"flag_values": np.array(list(SPLIT_FLAGS.values()), dtype=np.int8),
@@ -48,6 +49,25 @@ def split_variables(scene: Scene | FingerOnGlass, arrays: CaseArrays | PathArray
             "flag_values": np.arange(len(names), dtype=np.int8),
             "flag_meanings": " ".join(name.replace(" ", "_") for name in names)}),
     }
+
+
+def held_out_numbers(count: int, seed: int) -> np.ndarray:
+    """(round(count / 5),) ndarray of int: which of ``count`` cases the published split holds out, in random order."""
+    return np.random.default_rng([seed, 20]).permutation(count)[:round(HELD_OUT_FRACTION * count)]
+
+
+def _published_test(scene: Scene | FingerOnGlass, arrays: CaseArrays | PathArrays, n_within: int, seed: int
+                    ) -> np.ndarray:
+    """(n_within,) ndarray of bool: the cases within the ranges that are held out."""
+    held = np.zeros(n_within, dtype=bool)
+    if isinstance(scene, Scene) and isinstance(arrays, CaseArrays) and scene.n_published is not None:
+        whole = np.zeros(scene.n_published, dtype=bool)
+        whole[held_out_numbers(scene.n_published, seed)] = True
+        held = whole[scene.published_number(arrays.take(np.arange(n_within)))]
+    if not held.any() or held.all():  # cases that nobody counts, or so few that all fell to one side
+        held[:] = False
+        held[held_out_numbers(n_within, seed)] = True
+    return held
 
 
 def select(data: xr.Dataset, split: str, part: str) -> np.ndarray:

@@ -15,6 +15,16 @@ import xarray as xr
 from rom.datasets.schema import PARTS, check_schema, decode_complex, encode_complex, to_parts
 from rom.errors import SchemaError
 
+MOST_BYTES = 16e9
+"""Of fields put together from a reduced file at once."""
+STORAGE = "poles and shapes"
+"""Attribute ``storage`` of a file that holds no fields, see :mod:`rom.datasets.reduced`."""
+
+
+def is_reduced(data: xr.Dataset) -> bool:
+    """Whether an opened file holds poles and shapes instead of fields."""
+    return data.attrs.get("storage") == STORAGE
+
 
 def remove_leftovers(path: str | Path) -> None:
     """Remove what killed processes left of ``path`` under temporary names; a living one's file stays."""
@@ -98,7 +108,8 @@ def write_in_blocks(frame: xr.Dataset, path: str | Path, name: str, dims: tuple[
             frame.to_netcdf(temporary, engine="netcdf4")
             with netCDF4.Dataset(temporary, "a") as file:
                 chunks = [1, *(file.dimensions[dim].size for dim in dims[1:])]
-                variable = file.createVariable(name, "f8", dims, zlib=compress, chunksizes=chunks)
+                kind = np.empty(0, dtype).real.dtype
+                variable = file.createVariable(name, kind, dims, zlib=compress, chunksizes=chunks)
                 variable.setncatts(attributes)
                 for index, values in blocks:
                     values = to_parts(values) if parts else values
@@ -140,16 +151,36 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
 
 
 def read_dataset(path: str | Path, cases=None) -> xr.Dataset:
-    """Read a dataset of the schema, or only the cases selected by integers, a slice or a mask.
+    """Read a dataset of the schema, stored whole or reduced, or only the cases selected by integers, a slice or a mask.
 
     Raises
     ------
     SchemaError
         Where the file is missing, truncated, foreign or of another schema version.
+    ValueError
+        Where a reduced file would fill more than :data:`MOST_BYTES` of memory.
     """
     with open_netcdf(path) as data:
+        if is_reduced(data):
+            data.close()  # one handle at a time
+            return _read_reduced(path, cases)
         check_schema(data, str(path))
         try:
             return decode_complex((data if cases is None else data.isel(case=cases)).load())
+        except (OSError, RuntimeError) as error:
+            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
+
+
+def _read_reduced(path: str | Path, cases) -> xr.Dataset:
+    from rom.datasets.reduced import open_dataset
+
+    with open_dataset(path, chunks=None) as data:
+        wanted = data if cases is None else data.isel(case=cases)
+        size = wanted["displacement"].nbytes
+        if size > MOST_BYTES:
+            raise ValueError(f"{wanted.sizes['case']} cases of {path} fill {size / 1e9:.0f} GB: name fewer, or take "
+                             "rom.datasets.open_dataset, which reads what is asked for")
+        try:
+            return wanted.load()
         except (OSError, RuntimeError) as error:
             raise SchemaError(f"{path} is damaged: delete it and make it again") from error

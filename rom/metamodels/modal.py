@@ -2,7 +2,7 @@
 
 With K* = K (1 + i eta) and mass-orthonormal modes, u = sum phi_k (phi_k^T f) / (lambda_k (1 + i eta) - omega^2):
 `modal` truncates that sum, `modal-static` adds the residual flexibility (what the left-out modes answer at 0 Hz),
-`modal-krylov` adds further load-dependent vectors of each load (:mod:`rom.metamodels.lanczos`).
+`modal-krylov` adds further load-dependent vectors of each load (:mod:`rom.fullorder.load_vectors`).
 
 The error of all three is certified (:mod:`rom.metamodels.modal_certificate`): a rigorous bound, once a Sturm count says
 that no mode below the last kept was missed, at the price of a few operations a case.
@@ -17,9 +17,9 @@ import numpy as np
 import xarray as xr
 
 from rom.fullorder import Modes
+from rom.fullorder.load_vectors import LoadVectors, load_vectors
 from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
 from rom.metamodels.certificate import gram, quadratic, rounding_size
-from rom.metamodels.lanczos import LoadVectors, load_vectors
 from rom.metamodels.modal_certificate import ModalCertificate
 from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene
 

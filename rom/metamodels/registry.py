@@ -20,11 +20,13 @@ METHODS: dict[str, tuple[str, str]] = {
     "modal": ("modal", "Modal"),
     "modal-static": ("modal", "ModalStatic"),
     "modal-krylov": ("modal", "ModalKrylov"),
+    "lookup-table": ("lookup_table", "LookupTable"),
     "pod-galerkin": ("pod", "PodGalerkin"),
     "pod-regression": ("regression", "PodRegression"),
     "transformer": ("networks.transformer", "Transformer"),
     "mlp": ("networks.mlp", "Mlp"),
-    "mlp-residual": ("networks.mlp", "MlpResidual"),
+    "mlp-residual": ("networks.mlp_residual", "MlpResidual"),
+    "pole-network": ("networks.pole_network", "PoleNetwork"),
 }
 """Of the linear scenes."""
 

@@ -2,7 +2,8 @@
 
 Statics: the answer is linear in the forces, so the features are radial functions of the loaded positions weighted by
 the forces, and ridge regression on them is linear in the forces too. Harmonics: kernel ridge regression on position,
-normal, frequency and loss factor, for a unit force; the amplitude multiplies exactly.
+normal, frequency and loss factor, for a unit force; the amplitude multiplies exactly. Other regressors take the same
+inputs (:mod:`rom.metamodels.regressors`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from rom.datasets import carve_validation
 from rom.metamodels.basis import Basis, check_precision, combine
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod import pod_of
+from rom.metamodels.regressors import REGRESSORS, Regressor
 from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
 
 WIDTHS = (0.15, 0.3, 0.6, 1.2)
@@ -24,7 +26,7 @@ RIDGES = (1e-9, 1e-6, 1e-3)
 
 
 class PodRegression(Metamodel):
-    """Ridge (statics) or kernel ridge regression (harmonics) of POD coefficients.
+    """Ridge (statics) or kernel ridge regression (harmonics) of POD coefficients, or another regressor.
 
     Parameters
     ----------
@@ -35,28 +37,42 @@ class PodRegression(Metamodel):
         of :data:`WIDTHS` on a validation set carved from the training cases.
     ridge : float, optional
         Regularisation; default: the best of :data:`RIDGES` likewise.
+    regressor : {"ridge", "knn", "gp", "extra-trees"}
+        All but ridge, which alone is linear in the forces, answer the harmonic scene only.
     """
 
     name: ClassVar[str] = "pod-regression"
-    summary: ClassVar[str] = "learns POD coefficients from snapshots by (kernel) ridge regression"
+    summary: ClassVar[str] = "learns POD coefficients from snapshots by (kernel) ridge or another regression"
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
     learns: ClassVar[bool] = True
     _basis: Basis
 
     def __init__(self, scene: Scene, rank: int | None = None, width: float | None = None, ridge: float | None = None,
-                 precision: str = "float64") -> None:
+                 precision: str = "float64", regressor: str = "ridge") -> None:
+        if not isinstance(regressor, str) or regressor not in ("ridge", *REGRESSORS):
+            raise ValueError(f"regressor={regressor!r} is unknown: choose one of ridge, {', '.join(REGRESSORS)}")
+        if regressor != "ridge" and (width is not None or ridge is not None):
+            raise ValueError(f"width and ridge are settings of the regressor ridge, not of {regressor}: leave them out")
         if (rank is not None and rank < 1) or (width is not None and width <= 0) or (ridge is not None and ridge < 0):
             raise ValueError(f"rank={rank}, width={width}, ridge={ridge} cannot be: give a rank of one or more, a "
                              "positive width, a ridge of zero or more")
-        super().__init__(scene, rank=rank, width=width, ridge=ridge, precision=check_precision(precision))
+        super().__init__(scene, rank=rank, width=width, ridge=ridge, precision=check_precision(precision),
+                         regressor=regressor)
+        if regressor != "ridge" and not scene.harmonic:
+            raise ValueError(f"regressor={regressor!r} is not linear in several forces: {scene.name} takes ridge alone")
+        self._other: Regressor | None = None
+
+    @property
+    def _learned_bytes(self) -> int:
+        return self._centres.nbytes + self._weights.nbytes if self._other is None else self._other.nbytes
 
     @property
     def model_bytes(self) -> int:
-        return self._basis.nbytes + self._centres.nbytes + self._weights.nbytes
+        return self._basis.nbytes + self._learned_bytes
 
     @property
     def online_bytes(self) -> int:
-        return self._basis.field.nbytes + self._weights.nbytes
+        return self._basis.field.nbytes + (self._weights.nbytes if self._other is None else 0)
 
     # ---- features -------------------------------------------------------------------------------------------
 
@@ -96,6 +112,12 @@ class PodRegression(Metamodel):
             raise ValueError(f"{self.name} learns harmonic cases of one force each: split those with several")
         coefficients = self.scene.values(train) @ vectors
         learn, validate = carve_validation(len(arrays))
+        self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
+        if self.settings["regressor"] != "ridge":
+            self._other = REGRESSORS[self.settings["regressor"]]()
+            target = coefficients / arrays.force
+            self._other.fit(self._features(arrays), np.concatenate([target.real, target.imag], axis=1), learn, validate)
+            return
         size = np.linalg.norm(coefficients[validate], axis=1)
         best = np.inf, WIDTHS[0], RIDGES[0]
         for width, ridge in product(self._choices("width", WIDTHS), self._choices("ridge", RIDGES)):
@@ -103,7 +125,6 @@ class PodRegression(Metamodel):
             miss = np.linalg.norm(self._coefficients(arrays.take(validate)) - coefficients[validate], axis=1)
             best = min(best, (float(np.median(miss / size)), width, ridge))
         self._regress(arrays, coefficients, *best[1:])
-        self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
 
     def _choices(self, name: str, candidates: tuple[float, ...]) -> tuple[float, ...]:
         return candidates if self.settings[name] is None else (self.settings[name],)
@@ -132,7 +153,11 @@ class PodRegression(Metamodel):
 
     def _coefficients(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, rank) ndarray: POD coefficients."""
-        coefficients = self._design(cases) @ self._weights
+        if self._other is None:
+            coefficients = self._design(cases) @ self._weights
+        else:
+            coefficients = sum(self._other.predict(self._features(cases, j)) * cases.force[:, j:j + 1]
+                               for j in range(cases.node.shape[1]))
         if not self.scene.harmonic:
             return coefficients
         half = coefficients.shape[1] // 2
@@ -146,13 +171,22 @@ class PodRegression(Metamodel):
         return (values @ rows.T) @ rows
 
     def _state(self) -> xr.Dataset:
+        mode = ("rank", "dof"), self._basis.field, {"long_name": "POD mode", "units": "1"}
+        if self._other is not None:
+            return xr.Dataset({"pod_mode": mode} | {
+                f"learned_{name}": ([f"{name}_{axis}" for axis in range(values.ndim)], values)
+                for name, values in self._other.arrays.items()})
         return xr.Dataset({
-            "pod_mode": (("rank", "dof"), self._basis.field, {"long_name": "POD mode", "units": "1"}),
+            "pod_mode": mode,
             "centre": (("centre_case", "feature"), self._centres, {"long_name": "centres of the radial functions"}),
             "weight": (("centre_case", "output"), self._weights, {"long_name": "regression weights"})},
             attrs={"width": self._width})
 
     def _restore(self, data: xr.Dataset) -> None:
+        self._basis = Basis(data["pod_mode"].values, self.scene.pad_rows, self.settings["precision"])
+        if self.settings["regressor"] != "ridge":
+            self._other = REGRESSORS[self.settings["regressor"]]()
+            self._other.arrays = {name: data[f"learned_{name}"].values for name in self._other.stored}
+            return
         self._centres, self._weights = data["centre"].values, data["weight"].values
         self._width = float(data.attrs["width"])
-        self._basis = Basis(data["pod_mode"].values, self.scene.pad_rows, self.settings["precision"])

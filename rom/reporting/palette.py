@@ -22,14 +22,16 @@ STYLES: dict[str, Style] = {
     "modal": Style("#CC6677", "v"),
     "modal-static": Style("#882255", "^"),
     "modal-krylov": Style("#332288", "o"),
+    "lookup-table": Style("#0072B2", "d"),
     "pod-galerkin": Style("#117733", "P"),
     "pod-regression": Style("#44AA99", "p"),
     "transformer": Style("#E69F00", "*"),
     "mlp": Style("#D55E00", "<"),
     "mlp-residual": Style("#AA4499", ">"),
+    "pole-network": Style("#661100", "H"),
     "interpolation": Style("#B58900", "d"),
 }
-OTHERS = (Style("#0072B2", "1"), Style("#661100", "H"), Style("#6699CC", "8"))
+OTHERS = (Style("#6699CC", "8"), Style("#0072B2", "1"))
 
 
 def style(method: str) -> Style:

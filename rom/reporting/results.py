@@ -13,7 +13,7 @@ import xarray as xr
 from rom.scenes import SCENES
 
 DIRECT = "direct"
-LEARNED = ("pod-regression", "transformer", "mlp", "mlp-residual")
+LEARNED = ("pod-regression", "transformer", "mlp", "mlp-residual", "pole-network")
 """Methods whose answer is a regression on samples; the others project or solve."""
 SOLVERS = (DIRECT, "direct-reused")
 """Methods that solve the full-order model itself."""

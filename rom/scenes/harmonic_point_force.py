@@ -43,7 +43,7 @@ class HarmonicPointForce(Scene):
     leaves_out: ClassVar[dict[str, str]] = {
         "modes": "solved for only by the modal methods and by `mlp-residual`",
         "time stepping": "the steady state is asked for, not the transient",
-        "torch": "loaded only by the methods `mlp` and `mlp-residual`"}
+        "torch": "loaded only by the methods `mlp`, `mlp-residual` and `pole-network`"}
     regions: ClassVar[tuple[str, ...]] = (
         "unseen node", "unseen frequency band", "301-400 Hz", "loss factor 0.05 or 0.6")
 
@@ -71,6 +71,15 @@ class HarmonicPointForce(Scene):
         point = points[i // per_point]
         force = rng.uniform(*AMPLITUDE, size=count)
         return CaseArrays(node[:, None], force[:, None], point[:, 0].copy(), point[:, 1].copy())
+
+    @property
+    def n_published(self) -> int:
+        return self.n_pad * len(FREQUENCY) * len(LOSS_FACTOR)
+
+    def published_number(self, arrays: CaseArrays) -> np.ndarray:
+        frequency = np.searchsorted(FREQUENCY, arrays.frequency)
+        loss_factor = np.searchsorted(LOSS_FACTOR - 1e-9, arrays.loss_factor, side="right") - 1
+        return (arrays.node[:, 0] * len(FREQUENCY) + frequency) * len(LOSS_FACTOR) + loss_factor
 
     def hard_region(self, arrays: CaseArrays, seed: int = 0) -> np.ndarray:
         frequency, loss_factor = arrays.frequency, arrays.loss_factor

@@ -266,6 +266,15 @@ class Scene(ABC):
     def hard_region(self, arrays: CaseArrays, seed: int = 0) -> np.ndarray:
         """(n_case,) ndarray of int: 0 where a case belongs to hard training, k where to ``regions[k - 1]``."""
 
+    @property
+    def n_published(self) -> int | None:
+        """Number of cases that the published ranges hold, amplitudes apart; None where they are not counted."""
+        return None
+
+    def published_number(self, arrays: CaseArrays) -> np.ndarray:
+        """(n_case,) ndarray of int: the place of each case within the ranges among the :attr:`n_published` ones."""
+        raise NotImplementedError(f"the cases of {self.name} are not counted")
+
     def groups(self, arrays: CaseArrays) -> list[np.ndarray]:
         """Index arrays of cases that one factorization serves."""
         if not self.harmonic:

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from rom.scenes.cases import CaseArrays
+from rom.scenes.combinations import combination_number, count_combinations
 from rom.scenes.scene import Scene
 
 AMPLITUDE = (0.1, 1.0)
@@ -69,6 +70,15 @@ class StaticPointForces(Scene):
             node[i, :k] = chosen
             force[i, :k] = rng.uniform(*AMPLITUDE, size=k)
         return CaseArrays(node, force)
+
+    @property
+    def n_published(self) -> int:
+        return count_combinations(self.n_pad, self.max_forces)
+
+    def published_number(self, arrays: CaseArrays) -> np.ndarray:
+        nodes = np.where(arrays.force != 0.0, arrays.node, -1)
+        nodes = np.sort(np.where(nodes < 0, self.n_pad, nodes), axis=1)[:, :self.max_forces]
+        return combination_number(np.where(nodes < self.n_pad, nodes, -1), self.n_pad)
 
     def hard_region(self, arrays: CaseArrays, seed: int = 0) -> np.ndarray:
         held = np.isin(arrays.node, self.held_out_nodes(seed)) & (arrays.force != 0.0)

@@ -23,13 +23,15 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     POINT: {
         "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
         "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}, "pod-regression": {"rank": 40},
-        "mlp": {"width": 64, "steps": 40}, "mlp-residual": {"modes": 10, "rank": 16, "width": 64, "steps": 40}},
+        "mlp": {"terms": 8, "width": 16, "steps": 3},
+        "mlp-residual": {"modes": 10, "rank": 16, "width": 16, "steps": 3},
+        "pole-network": {"poles": 10, "rank": 40, "steps": 3}},
     PATCH: {
         "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
         "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}},
 }
 """What is asked by default, with settings that suit the small mesh."""
-NETWORKS = ("transformer", "mlp", "mlp-residual")
+NETWORKS = ("transformer", "mlp", "mlp-residual", "pole-network")
 LEARNERS = ("pod-galerkin", "pod-regression", *NETWORKS)
 FULL_ORDER = ("direct", "direct-reused")
 SNAPSHOTS = {STATIC: 48, POINT: 64, PATCH: 48}

@@ -187,7 +187,7 @@ def rank() -> list[Level]:
     return [
         at("one", "a basis of one vector", {
             "modal": {"modes": 1}, "modal-static": {"modes": 1}, "modal-krylov": {"modes": 1, "vectors": 1},
-            "pod-galerkin": {"rank": 1}, "pod-regression": {"rank": 1}, "mlp": {"rank": 1, "width": 64, "steps": 60}}),
+            "pod-galerkin": {"rank": 1}, "pod-regression": {"rank": 1}, "mlp": {"rank": 1, "width": 16, "steps": 3}}),
         at("one, static", "a basis of one vector, at rest", {
             "pod-galerkin": {"rank": 1}, "pod-regression": {"rank": 1},
             "transformer": {"rank": 1, "width": 32, "steps": 200}}, STATIC),

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from rom.fingertip import Fingertip
 from rom.fingertip.anatomy import TISSUES
 from rom.fullorder import Modes, SecondOrderModel, blas_threads
-from rom.metamodels.lanczos import load_vectors
+from rom.fullorder.load_vectors import load_vectors
 from rom.vibration.tissue_damping import loss_factors, loss_stiffness
 
 Floats = NDArray[np.float64]

@@ -19,10 +19,12 @@ from rom.scenes import SCENES, get_scene
 
 SMALL_SETTINGS = {
     "transformer": {"rank": 5, "steps": 3, "width": 16, "heads": 2}, "mlp": {"rank": 5, "steps": 3, "width": 16},
-    "mlp-residual": {"modes": 5, "rank": 5, "steps": 3, "width": 16}, "modal-krylov": {"modes": 6, "vectors": 2},
+    "mlp-residual": {"modes": 5, "rank": 5, "steps": 3, "width": 16},
+    "pole-network": {"rank": 5, "poles": 4, "steps": 3}, "modal-krylov": {"modes": 6, "vectors": 2},
     "modal-static": {"modes": 6}, "modal": {"modes": 6}, "pod-galerkin": {"rank": 8},
-    "pod-regression": {"rank": 8, "width": 0.6, "ridge": 1e-6}, "coarse-fem": {"scale": 0.5}}
-NETWORKS = ("transformer", "mlp", "mlp-residual")
+    "pod-regression": {"rank": 8, "width": 0.6, "ridge": 1e-6}, "coarse-fem": {"scale": 0.5},
+    "lookup-table": {"modes": 6, "vectors": 2, "frequencies": 5, "loss_factors": 4}}
+NETWORKS = ("transformer", "mlp", "mlp-residual", "pole-network")
 
 TRACE = """
 import json, sys, tracemalloc

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rom.datasets import SPLITS, carve_validation, draw_cases, select
+from rom.datasets.splits import held_out_numbers
 from rom.scenes.harmonic_point_force import HELD_OUT_BANDS
 
 
@@ -28,11 +29,30 @@ def test_parts_are_disjoint_and_decided_by_the_seed(scene, seed):
 
 
 def test_the_published_split_holds_out_20_percent_within_the_ranges(scene):
-    _, cases = draw_cases(scene, 205, 20, 2)
+    _, cases = draw_cases(scene, 605, 20, 2)
     train, test = parts(cases, "published")
-    assert len(test) == 41 and len(train) == 164  # 20 % of 205
-    assert set(train) | set(test) == set(range(205))
-    np.testing.assert_array_equal(select(cases, "published", "unused"), np.arange(205, 225))
+    assert abs(len(test) - 121) < 4 * 9.8  # four standard deviations of a draw from a fifth
+    assert set(train) | set(test) == set(range(605))
+    np.testing.assert_array_equal(select(cases, "published", "unused"), np.arange(605, 625))
+
+
+def test_a_case_is_held_out_in_every_dataset_of_a_seed_or_in_none(scene):
+    def found(count):
+        arrays, cases = draw_cases(scene, count, 0, 5)
+        return dict(zip(scene.published_number(arrays).tolist(), cases["split_published"].values.tolist(), strict=True))
+
+    few, many = found(150), found(900)
+    shared = set(few) & set(many)
+    assert len(shared) > 10
+    assert all(few[number] == many[number] for number in shared)
+    assert max(many) < scene.n_published and len(held_out_numbers(scene.n_published, 5)) == round(
+        0.2 * scene.n_published)
+
+
+def test_a_few_cases_are_split_too(scene):
+    for seed in range(30):
+        train, test = parts(draw_cases(scene, 3, 0, seed)[1], "published")
+        assert len(train) and len(test)
 
 
 def test_the_hard_split_keeps_whole_nodes_from_training(scene):

@@ -301,4 +301,5 @@ def test_the_seed_decides_a_network(row, scene, train, model, arrays):
     same = create(row.method, scene, **row.settings).fit(train)
     np.testing.assert_array_equal(same.evaluate(arrays), model.evaluate(arrays))
     other = create(row.method, scene, **row.settings | {"seed": row.settings["seed"] + 1}).fit(train)
-    assert relative_errors(other.evaluate(arrays), model.evaluate(arrays)).min() > 1e-6
+    # weights, not answers: an output layer in closed form may leave nothing to chance
+    assert not other._state().identical(model._state())

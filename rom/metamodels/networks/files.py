@@ -16,7 +16,7 @@ from rom.errors import SchemaError
 REQUIRED = ("model_version", "method", "settings", "scene_parameters", "scene_hash", "mesh_hash", "offline_seconds")
 
 
-def write_weights(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
+def write_tensors(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
     """Write arrays and attributes atomically.
 
     Raises
@@ -31,6 +31,10 @@ def write_weights(path: str | Path, arrays: dict[str, np.ndarray], attributes: d
             save_file({name: np.ascontiguousarray(array) for name, array in arrays.items()}, temporary, header)
         except SafetensorError as error:
             raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
+
+
+write_weights = write_tensors
+"""Of a fitted network: its attributes hold at least :data:`REQUIRED`."""
 
 
 def read_attributes(path: str | Path) -> dict[str, Any]:
@@ -49,7 +53,13 @@ def read_weights(path: str | Path) -> tuple[dict[str, Any], dict[str, np.ndarray
     return _read(path, with_arrays=True)
 
 
-def _read(path: str | Path, with_arrays: bool) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def read_tensors(path: str | Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Attributes and arrays of any file that :func:`write_tensors` wrote; raises like :func:`read_attributes`."""
+    return _read(path, with_arrays=True, required=())
+
+
+def _read(path: str | Path, with_arrays: bool,
+          required: tuple[str, ...] = REQUIRED) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     if not Path(path).is_file():
         raise SchemaError(f"{path} does not exist: fit and save the network first, or correct the path")
     try:
@@ -59,7 +69,7 @@ def _read(path: str | Path, with_arrays: bool) -> tuple[dict[str, Any], dict[str
             arrays = {name: file.get_tensor(name) for name in names}
     except (SafetensorError, OSError) as error:
         raise SchemaError(f"{path} is truncated or no safetensors file ({error}): fit the network again") from error
-    missing = [name for name in REQUIRED if name not in header]
+    missing = [name for name in required if name not in header]
     if missing:
         raise SchemaError(f"{path} holds no network of this toolkit, as it lacks {', '.join(missing)}: "
                           "give a file that save() wrote")

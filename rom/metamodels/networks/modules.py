@@ -1,17 +1,14 @@
-"""The torch modules: Fourier features, a perceptron, attention from forces to the pad."""
+"""The torch modules of the transformer: Fourier features, attention from forces to the pad."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-N_PLACE = 6
-"""A load's position and normal."""
 NORMAL_SCALE = 0.5
 """Normals turn slowly over the pad: lower Fourier frequencies serve them."""
 OWN_LOGIT = 4.0
@@ -45,42 +42,6 @@ class Fourier(nn.Module):
 def place_features(scale: float, count: int) -> Fourier:
     """Fourier features of a load's position and normal."""
     return Fourier([scale] * 3 + [NORMAL_SCALE] * 3, count)
-
-
-class CaseFeatures(nn.Module):
-    """Fourier features of a harmonic case: of place, and of frequency and loss factor, apart from one another."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.place, self.point = place_features(3.0, 64), Fourier([6.0, 1.0], 64)
-        self.size = self.place.size + self.point.size
-
-    def forward(self, inputs: Tensor) -> Tensor:
-        return torch.cat([self.place(inputs[:, :N_PLACE]), self.point(inputs[:, N_PLACE:])], dim=1)
-
-
-class Perceptron(nn.Module):
-    """Fourier features, ``depth`` hidden layers of ``width``, outputs multiplied by ``scale``.
-
-    Parameters
-    ----------
-    features : Fourier or CaseFeatures
-    scale : (n_output,) Tensor
-    """
-
-    scale: Tensor
-
-    def __init__(self, features: Fourier | CaseFeatures, scale: Tensor, width: int, depth: int) -> None:
-        super().__init__()
-        self.register_buffer("scale", scale.clone())
-        sizes = [features.size] + [width] * depth
-        hidden: list[nn.Module] = [features]
-        for before, after in pairwise(sizes):
-            hidden += [nn.Linear(before, after), nn.SiLU()]
-        self.layers = nn.Sequential(*hidden, nn.Linear(width, len(scale)))
-
-    def forward(self, inputs: Tensor) -> Tensor:
-        return self.layers(inputs) * self.scale
 
 
 class AttentionBlock(nn.Module):
@@ -153,12 +114,30 @@ class PadAttention(nn.Module):
             pad = block(pad, *memory[-1])
         return [*memory, self.read(self.norm(pad))]
 
-    def forward(self, places: Tensor, memory: list | None = None) -> Tensor:
-        memory = memory or self.remember()
+    def _logits(self, places: Tensor, memory: list) -> Tensor:
+        """(n_force, n_token) Tensor: how near each token is to each force."""
         tokens = self.embedding(self.features(places))
         for block, (key, value) in zip(self.blocks, memory[:-1], strict=True):
             tokens = block(tokens, key, value)
         query, key = self.read(self.norm(tokens)), memory[-1]
         distance = query.square().sum(1)[:, None] - 2 * query @ key.T + key.square().sum(1)
-        weight = functional.softmax(-self.unit * self.log_sharpness.exp() * distance, dim=-1)
-        return weight @ self.values * self.scale
+        return -self.unit * self.log_sharpness.exp() * distance
+
+    def forward(self, places: Tensor, memory: list | None = None) -> Tensor:
+        logits = self._logits(places, memory or self.remember())
+        return functional.softmax(logits, dim=-1) @ self.values * self.scale
+
+    @torch.no_grad()
+    def settle(self, goal: Tensor) -> None:
+        """Take the values with which the answers at the tokens' places come nearest to ``goal`` (n_token, r)."""
+        weight = functional.softmax(self._logits(self.pad, self.remember()), dim=-1).double()
+        self.values.copy_(torch.linalg.lstsq(weight, (goal / self.scale).double()).solution)
+
+    def without_own_token(self) -> Tensor:
+        """(n_token, r) Tensor: answers at the tokens' places where each one's own token is hidden.
+
+        Values get no gradient: this teaches attention what to look at where a place was never seen.
+        """
+        logits = self._logits(self.pad, self.remember())
+        hidden = logits.masked_fill(torch.eye(len(self.pad), dtype=torch.bool), -math.inf)
+        return functional.softmax(hidden, dim=-1) @ self.values.detach() * self.scale

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
     from rom.metamodels.networks.training import History
 
-POSITIVE = ("rank", "width", "depth", "heads", "steps", "batch", "learning_rate", "modes", "powers")
+POSITIVE = ("rank", "width", "depth", "heads", "steps", "batch", "learning_rate", "modes", "powers",
+            "poles", "terms")
 WEIGHT = "weight."
 """Prefix of the module's tensors in a file; arrays without it belong to the method."""
 
@@ -140,7 +141,6 @@ class Network(Metamodel):
         arrays = {str(name): variable.values for name, variable in data.items()}
         weights = {name.removeprefix(WEIGHT): torch.from_numpy(array)
                    for name, array in arrays.items() if name.startswith(WEIGHT)}
-        self._basis = Basis(arrays["basis"], self.scene.pad_rows, self.settings["precision"])
         self._take_arrays(arrays)
         with reproducible(0):  # initial weights are drawn, then overwritten
             module = self._build(weights)
@@ -156,7 +156,8 @@ class Network(Metamodel):
         return {}
 
     def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
-        """Take back what :meth:`_arrays` gave."""
+        """Take back what :meth:`_arrays` gave, and the basis."""
+        self._basis = Basis(arrays["basis"], self.scene.pad_rows, self.settings["precision"])
 
     @abstractmethod
     def _build(self, weights: dict[str, torch.Tensor]) -> torch.nn.Module:

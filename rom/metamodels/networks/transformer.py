@@ -1,14 +1,15 @@
 """Forces as tokens: a transformer of the static displacement's POD coefficients.
 
-Each force is a token of its position and normal that attends to tokens of the pad; the answer is the sum of the
-tokens' answers, each times its amplitude. So any number of forces is answered, in any order, exactly homogeneous, and
-linearity need not be learned. Training cases are superposed exactly: combined linearly into those nearest to one
-force each, which is all that an additive network can learn from them.
+Each force is a token of its position and normal that attends to tokens of the pad's loaded nodes; the answer is the
+sum of the tokens' answers, each times its amplitude. So any number of forces is answered, in any order, exactly
+homogeneous, and linearity need not be learned. Training cases are superposed exactly: combined linearly into those
+nearest to one force each, which is all that an additive network can learn from them. The values that attention weighs
+are its output layer, and linear: least squares settle them at the end.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 RANGE = 1e-8
 """Singular value, relative to the largest, from which combinations of training loads count as independent."""
+HIDDEN = 0.01
+"""Weight of the squared error where each node's own token is hidden, as if the node had never been seen."""
 SEEN = 0.1
 """Least norm of the training loads' nearest combination to one force with which that force is learned."""
 
@@ -72,7 +75,7 @@ class Transformer(Network):
         self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
         self._keep(module)
 
-    def _learn(self, superposed, validation, generator) -> torch.nn.Module:
+    def _learn(self, superposed, validation, generator) -> Any:
         import torch
 
         from rom.metamodels.networks.training import train
@@ -84,11 +87,22 @@ class Transformer(Network):
         held_weight, held_goal, held_size = (as_tensor(array) for array in validation)
         scale = goal.abs().amax(0)
         module = self._module_of(places[known], torch.where(scale > 0, scale, torch.ones(())))
+        # where every known node has an answer of its own, attention also learns to do without it
+        single = weight.shape[0] == weight.shape[1] and torch.allclose(weight, torch.eye(len(weight)), atol=1e-5)
+
+        def errors(_: torch.Tensor | None) -> torch.Tensor:
+            error = (weight @ module(places[known]) - goal).square().sum(1)
+            if single and len(weight) > 1:
+                error = error + HIDDEN * (module.without_own_token() - goal).square().sum(1)
+            return error / square
+
         self.history = train(
-            module, lambda _: (weight @ module(places[known]) - goal).square().sum(1) / square,
+            module, errors,
             lambda: (held_weight @ module(places) - held_goal).square().sum(1) / held_size.square(),
             len(goal), steps=self.settings["steps"], batch=len(goal), learning_rate=self.settings["learning_rate"],
             weight_decay=0.0, generator=generator, progress=self.progress)
+        if single:
+            module.settle(goal)
         return module
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
@@ -103,7 +117,7 @@ class Transformer(Network):
 
     # ---- module and files -----------------------------------------------------------------------------------
 
-    def _module_of(self, pad: torch.Tensor, scale: torch.Tensor) -> torch.nn.Module:
+    def _module_of(self, pad: torch.Tensor, scale: torch.Tensor) -> Any:
         from rom.metamodels.networks.modules import PadAttention
 
         return PadAttention(pad, scale, *(self.settings[name] for name in ("width", "depth", "heads")))

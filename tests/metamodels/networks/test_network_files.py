@@ -77,8 +77,8 @@ def test_foreign_files_are_refused(saved, tmp_path):
 def test_missing_or_misshapen_weights_are_refused(saved, tmp_path):
     snapshots, model, path = saved
     attributes, arrays = read_weights(path)
-    name = next(name for name in arrays if name.startswith("weight.") and arrays[name].ndim == 2)
-    changed = [{k: v for k, v in arrays.items() if k != name}, {**arrays, name: arrays[name][:, :-1]},
+    name = next(name for name in arrays if name.startswith("weight.") and arrays[name].ndim)
+    changed = [{k: v for k, v in arrays.items() if k != name}, {**arrays, name: arrays[name][..., :-1]},
                {k: v for k, v in arrays.items() if k != "basis"}]
     for tensors in changed:
         write_weights(tmp_path / "changed.safetensors", tensors, attributes)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from rom.metamodels.lanczos import load_vectors
+from rom.fullorder.load_vectors import load_vectors
 
 COUNT = 5
 

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from rom.fullorder import Modes, SecondOrderModel
+from rom.fullorder.modes import Modes
+from rom.fullorder.second_order import SecondOrderModel
 
 BREAKDOWN = 1e-12
 """Share of a new vector outside the space so far below which that space is exhausted."""

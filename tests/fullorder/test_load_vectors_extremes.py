@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from rom.fullorder import SecondOrderModel
-from rom.metamodels.lanczos import load_vectors
+from rom.fullorder.load_vectors import load_vectors
 from tests.fullorder.conftest import Rod
 
 

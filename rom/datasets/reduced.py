@@ -1,0 +1,240 @@
+"""A harmonic dataset stored reduced, as poles and shapes, and read as if it were whole.
+
+Every answer is a sum of shapes that all loads share (natural modes phi_k) and of its own load's (vectors q_lp):
+
+    u = sum_k phi_k b_lk F / (lambda_k (1 + i eta) - omega^2) + sum_p q_lp c_lp F / (1 + i eta - omega^2 theta_lp),
+
+the Galerkin answer of :mod:`rom.fullorder.load_vectors`. The coefficients follow from their poles in closed form, so
+the file holds shapes and poles alone: some 400 MB instead of 200 GB, and a case costs one read of its load's shapes.
+"""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from rom.datasets.schema import check_schema
+from rom.datasets.storage import is_reduced, open_netcdf
+from rom.errors import SchemaError
+
+SMALL = ("mode_shape", "eigenvalue", "participation", "own_theta", "own_share", "free_dof", "load_of_case")
+SHAPES = (*SMALL, "own_shape")
+"""Variables that stand for ``displacement``."""
+CASES = ("force_amplitude", "frequency", "loss_factor")
+CHUNK = 1350
+"""Cases of one dask chunk, half of one load's (500 MB whole): dask takes microseconds a chunk to find one case,
+and puts together no more of it than is asked for."""
+BLOCK = 64
+"""Cases put together at once."""
+
+
+class ReducedField:
+    """The displacement of every case of a reduced file; answers are put together when they are asked for.
+
+    Safe for threads, and for processes too, since it can be pickled.
+
+    Parameters
+    ----------
+    path : path
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._open()
+        try:
+            check_reduced(self.data, str(path))
+            small = self.data[[*SMALL, *CASES]].load()
+            self.n_load, self.n_own, self.n_free = self.data["own_shape"].shape
+        except (OSError, RuntimeError) as error:
+            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
+        self.load = small["load_of_case"].values.astype(np.int64)
+        self.force = small["force_amplitude"].values[:, 0]
+        self.stiffness = 1.0 + 1j * small["loss_factor"].values
+        self.inertia = (2.0 * np.pi * small["frequency"].values) ** 2
+        self.modes = small["mode_shape"].values
+        self.eigenvalue, self.participation = small["eigenvalue"].values, small["participation"].values
+        self.theta, self.share = small["own_theta"].values, small["own_share"].values
+        self.free_dof, self.n_node = small["free_dof"].values, self.data.sizes["node"]
+
+    def _open(self) -> None:
+        # one handle of xarray's own, which shares HDF5's lock with every other reader of this process
+        self.data = open_netcdf(self.path)
+        self._kept: tuple[int, np.ndarray] | None = None
+        self._reading = threading.Lock()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name not in ("data", "_kept", "_reading")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._open()
+
+    def __len__(self) -> int:
+        """Number of cases."""
+        return len(self.load)
+
+    def own_shapes(self, load: int) -> np.ndarray:
+        """(p, n_free) ndarray: the shapes of one load alone; the last load's are kept."""
+        kept = self._kept
+        if kept is None or kept[0] != load:
+            with self._reading:
+                kept = load, self.data.variables["own_shape"][load].values
+            self._kept = kept
+        return kept[1]
+
+    def coefficients(self, cases) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficients of the cases' answers.
+
+        Parameters
+        ----------
+        cases : (k,) ndarray of int
+
+        Returns
+        -------
+        modal : (k, m) ndarray, complex [m kg^1/2]
+        own : (k, p) ndarray, complex [J^1/2]
+        """
+        load, force = self.load[cases], self.force[cases, None]
+        stiffness, inertia = self.stiffness[cases, None], self.inertia[cases, None]
+        return (self.participation[load] * force / (self.eigenvalue * stiffness - inertia),
+                self.share[load] * force / (stiffness - inertia * self.theta[load]))
+
+    def fields(self, cases) -> np.ndarray:
+        """(k, n_free) ndarray, complex [m]: displacement of the cases (k,) at the free degrees of freedom."""
+        return self.project(None, cases)
+
+    def project(self, vectors: np.ndarray | None, cases=None) -> np.ndarray:
+        """(k, r) ndarray, complex: ``u @ vectors`` of the cases, without any whole answer in memory.
+
+        Parameters
+        ----------
+        vectors : (n_free, r) ndarray
+            Orthonormal ones give the cases' coefficients in another basis.
+        cases : (k,) ndarray of int, optional
+            Default: all.
+        """
+        cases = np.arange(len(self)) if cases is None else np.asarray(cases)
+        modal, own = self.coefficients(cases)
+        modes = self.modes if vectors is None else self.modes @ vectors
+        out = np.empty((len(cases), modes.shape[1]), dtype=complex)
+        for load, group in self._by_load(cases):
+            shapes = self.own_shapes(load) if vectors is None else self.own_shapes(load) @ vectors
+            for start in range(0, len(group), BLOCK):
+                part = group[start:start + BLOCK]
+                both = np.concatenate([modal[part].real, modal[part].imag]) @ modes
+                both += np.concatenate([own[part].real, own[part].imag]) @ shapes
+                if len(part) == len(cases):  # in order: no copy by index
+                    out.real, out.imag = both[:len(part)], both[len(part):]
+                else:
+                    out.real[part], out.imag[part] = both[:len(part)], both[len(part):]
+        return out
+
+    def norms(self, cases=None) -> np.ndarray:
+        """(k,) ndarray [m]: ``||u||_2`` over the free degrees of freedom."""
+        cases = np.arange(len(self)) if cases is None else np.asarray(cases)
+        modal, own = self.coefficients(cases)
+        out = np.empty(len(cases))
+        for load, group in self._by_load(cases):
+            # a triangular factor, since a Gram matrix would lose half of the digits
+            factor = np.asarray(np.linalg.qr(np.concatenate([self.modes, self.own_shapes(load)]).T, mode="r"))
+            out[group] = np.linalg.norm(np.concatenate([modal[group], own[group]], axis=1) @ factor.T, axis=1)
+        return out
+
+    def _by_load(self, cases: np.ndarray):
+        """Loads and the positions in ``cases`` that name them."""
+        load = self.load[cases]
+        if len(load) and (load == load[0]).all():
+            return [(int(load[0]), np.arange(len(load)))]
+        order = np.argsort(load, kind="stable")
+        groups = np.split(order, np.flatnonzero(np.diff(load[order])) + 1)
+        return [(int(load[group[0]]), group) for group in groups if len(group)]
+
+    def on_all_nodes(self, fields: np.ndarray) -> np.ndarray:
+        """(k, n_node, 3) ndarray: fields (k, n_free) with held nodes at zero."""
+        full = np.zeros((len(fields), 3 * self.n_node), dtype=fields.dtype)
+        full[:, self.free_dof] = fields
+        return full.reshape(-1, self.n_node, 3)
+
+
+class _LazyDisplacement(BackendArray):
+    """(case, node, component) array that xarray indexes; nothing is put together but what is asked for."""
+
+    def __init__(self, field: ReducedField) -> None:
+        self.field = field
+        self.shape = (len(field), field.n_node, 3)
+        self.dtype = np.dtype(complex)
+
+    def __getitem__(self, key: indexing.ExplicitIndexer):
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.OUTER, self._values)
+
+    def _values(self, key: tuple) -> np.ndarray:
+        case, *rest = key
+        cases = np.arange(*case.indices(len(self.field))) if isinstance(case, slice) else np.atleast_1d(case)
+        values = self.field.on_all_nodes(self.field.fields(cases))
+        for axis, part in enumerate(rest, 1):
+            values = values[(slice(None),) * axis + (part if np.ndim(part) else slice(part, part + 1)
+                                                     if not isinstance(part, slice) else part,)]
+        dropped = tuple(i for i, part in enumerate(key) if not isinstance(part, slice) and np.ndim(part) == 0)
+        return values.squeeze(axis=dropped) if dropped else values
+
+
+def check_reduced(data: xr.Dataset, source: str) -> None:
+    """Refuse a file that is not ours, not of this version or not reduced; SchemaError naming ``source``."""
+    if "schema_version" in data.attrs and not is_reduced(data):
+        raise SchemaError(f"{source} is not stored reduced: read it with read_dataset, or make one with "
+                          "`rom dataset --whole`")
+    check_schema(data.assign(displacement=0), source)  # which the shapes stand for
+    missing = [name for name in SHAPES if name not in data.variables]
+    if missing:
+        raise SchemaError(f"{source} lacks {', '.join(missing)}: make the dataset again with `rom dataset`")
+
+
+def open_dataset(path: str | Path, chunks: int | None = CHUNK) -> xr.Dataset:
+    """Open a dataset of the schema lazily, stored whole or reduced: both look alike.
+
+    Parameters
+    ----------
+    path : path
+    chunks : int, optional
+        Cases of one dask chunk. None, for a reduced file alone, gives an array that xarray itself reads lazily: the
+        better choice where scattered cases are picked, since no chunk is put together for one case of it.
+
+    Returns
+    -------
+    xr.Dataset
+        With ``displacement`` (case, node, component) [m], complex in harmonic scenes.
+
+    Raises
+    ------
+    SchemaError
+        Where the file is missing, truncated, foreign or of another schema version.
+    """
+    with open_netcdf(path) as data:
+        reduced = is_reduced(data)
+    if not reduced:
+        data = open_netcdf(path)
+        check_schema(data, str(path))
+        data = data.chunk({"case": chunks or CHUNK})
+        for name in [name for name in data.data_vars if "part" in data[name].dims]:
+            parts = data[name]
+            joined = parts.isel(part=0, drop=True) + 1j * parts.isel(part=1, drop=True)
+            data[name] = joined.assign_attrs(parts.attrs)
+        return data.drop_vars("part", errors="ignore")
+    field = ReducedField(path)
+    data = field.data
+    attributes = {"long_name": data["own_shape"].attrs["displacement_name"], "units": "m", "mesh": "mesh",
+                  "location": "node"}
+    whole = data.drop_vars(SHAPES)
+    variable = xr.Variable(("case", "node", "component"), indexing.LazilyIndexedArray(_LazyDisplacement(field)),
+                           attributes)
+    whole["displacement"] = variable if chunks is None else variable.chunk(
+        {"case": chunks, "node": -1, "component": -1})
+    whole.set_close(data.close)
+    return whole

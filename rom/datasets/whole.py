@@ -1,0 +1,271 @@
+"""The whole published harmonic set, every pad node at every frequency and loss factor, made by a verified ROM.
+
+Direct solves of 645,300 cases would take weeks. Galerkin on modes and load-dependent vectors answers them with a true
+residual ||Z u - f|| / ||f|| that is as small as a direct solve's own, and says so: it is computed in every case, and
+cases drawn at random are solved directly beside. What is stored are poles and shapes (:mod:`rom.datasets.reduced`).
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rom.cache import cached_path
+from rom.datasets.pieces import begin_or_resume
+from rom.datasets.schema import dataset_attributes, mesh_variables
+from rom.datasets.snapshots import Progress, concatenate, solve_cases, solver_sources
+from rom.datasets.splits import split_variables
+from rom.datasets.storage import STORAGE, open_netcdf, read_netcdf, write_in_blocks, write_netcdf
+from rom.datasets.verified_rom import kept_modes, make_piece, pole_coefficients
+from rom.errors import SolverError
+from rom.fullorder import Modes
+from rom.provenance import stamp
+from rom.scenes import CaseArrays, HarmonicPointForce, Scene
+from rom.scenes.harmonic_point_force import (
+    AMPLITUDE,
+    FREQUENCY,
+    FREQUENCY_BEYOND,
+    LOADS_PER_POINT,
+    LOSS_FACTOR,
+    LOSS_FACTOR_BEYOND,
+)
+
+ERROR_LIMIT = 1e-6
+"""Largest error of a stored case against its direct solve."""
+SIZES = {False: (40, 10), True: (80, 12)}
+"""Modes and vectors that keep the residual below its limit up to 300 Hz, and up to 400 Hz."""
+LOADS_PER_PIECE = 24
+PRECISIONS = {"float64": np.float64, "float32": np.float32}
+
+
+def published_points(beyond: bool = False) -> np.ndarray:
+    """(n_point, 2) ndarray: frequencies [Hz] and loss factors of the published grid, or of what lies beyond it."""
+    def grid(frequency: np.ndarray, loss_factor: np.ndarray) -> np.ndarray:
+        return np.stack(np.meshgrid(frequency, loss_factor, indexing="ij"), axis=-1).reshape(-1, 2)
+
+    if not beyond:
+        return grid(FREQUENCY, LOSS_FACTOR)
+    return np.concatenate([grid(FREQUENCY_BEYOND, LOSS_FACTOR), grid(FREQUENCY, LOSS_FACTOR_BEYOND)])
+
+
+@dataclass(frozen=True)
+class WholeSet:
+    """Every pad node at every operating point, node by node; those beyond the published ranges last.
+
+    Parameters
+    ----------
+    scene : Scene
+    within, beyond : (n_point, 2) ndarray
+        Frequencies [Hz] and loss factors.
+    """
+
+    scene: Scene
+    within: np.ndarray
+    beyond: np.ndarray
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n_point, 2) ndarray: all of them."""
+        return np.concatenate([self.within, self.beyond])
+
+    @property
+    def n_within(self) -> int:
+        """Cases within the published ranges."""
+        return self.scene.n_pad * len(self.within)
+
+    def arrays(self) -> CaseArrays:
+        """The inputs of every case, each with the largest published force."""
+        def block(points: np.ndarray) -> CaseArrays:
+            node = np.repeat(np.arange(self.scene.n_pad), len(points))[:, None]
+            each = np.tile(points, (self.scene.n_pad, 1))
+            return CaseArrays(node, np.full(node.shape, AMPLITUDE[1]), each[:, 0].copy(), each[:, 1].copy())
+
+        whole = block(self.within)
+        return concatenate(whole, block(self.beyond)) if len(self.beyond) else whole
+
+    def by_case(self, values: np.ndarray) -> np.ndarray:
+        """(n_case,) ndarray in the order of :meth:`arrays`, from values (n_pad, n_point)."""
+        inside = len(self.within)
+        return np.concatenate([values[:, :inside].ravel(), values[:, inside:].ravel()])
+
+    def case_number(self, node: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """Positions in :meth:`arrays` of nodes (rows of the pad) at operating points (rows of :attr:`points`)."""
+        inside = len(self.within)
+        return np.where(point < inside, node * inside + point,
+                        self.n_within + node * len(self.beyond) + point - inside)
+
+
+def make_whole_dataset(scene: Scene, path: str | Path, *, beyond: bool = False, seed: int = 0, modes: int | None = None,
+                       vectors: int | None = None, precision: str = "float64", confirm: int = 304,
+                       progress: Progress = iter) -> Path:
+    """Make every case of the published harmonic grid, verified and stored reduced; resumable.
+
+    Parameters
+    ----------
+    scene : HarmonicPointForce
+    path : path
+    beyond : bool
+        Also 301-400 Hz, and the loss factors 0.05 and 0.6.
+    seed : int
+        Decides the splits, and which cases are solved directly.
+    modes, vectors : int, optional
+        Natural modes that all loads share, and load-dependent vectors of each; default: :data:`SIZES`.
+    precision : {"float64", "float32"}
+        Of the stored shapes. The residual is that of double precision; what single precision adds is stated.
+    confirm : int
+        Cases drawn at random to be solved directly.
+    progress : callable
+        Wraps the iteration over pieces, to show a bar.
+
+    Raises
+    ------
+    ValueError
+        For another scene, or settings that cannot be.
+    SolverError
+        Where a residual exceeds :data:`rom.datasets.verified_rom.RESIDUAL_LIMIT`, or an error against a direct solve
+        :data:`ERROR_LIMIT`.
+    SchemaError, FileExistsError, IsADirectoryError, OSError
+        As in :func:`rom.datasets.make_dataset`.
+    """
+    if not isinstance(scene, HarmonicPointForce):
+        raise ValueError(f"{scene.name} has no whole harmonic grid, only {HarmonicPointForce.name} has: draw "
+                         "cases with make_dataset")
+    modes, vectors = (default if given is None else given
+                      for given, default in zip((modes, vectors), SIZES[beyond], strict=True))
+    if min(modes, vectors, confirm) < 1 or precision not in PRECISIONS:
+        raise ValueError(f"modes={modes}, vectors={vectors}, confirm={confirm}, precision={precision!r} cannot be: "
+                         f"give numbers of one or more, and one of {', '.join(PRECISIONS)}")
+    path = Path(path)
+    none = np.empty((0, 2))
+    whole = WholeSet(scene, published_points(), published_points(beyond=True) if beyond else none)
+    recipe = {"scene": json.loads(scene.to_json()), "content": scene.content_hash, "whole": True, "beyond": beyond,
+              "seed": seed, "modes": modes, "vectors": vectors, "precision": precision, "confirm": confirm,
+              "source": solver_sources()}
+    folder = begin_or_resume(path, recipe, "cases")
+    if folder is None:
+        return path
+    blocks = np.array_split(np.arange(scene.n_pad), -(-scene.n_pad // LOADS_PER_PIECE))
+    files = [folder / f"{k:05d}.nc" for k in range(len(blocks))]
+    for k in progress(range(len(blocks))):
+        if not files[k].exists():
+            make_piece(scene, kept_modes(scene, modes, folder / "modes.nc"), blocks[k], vectors, whole.points, files[k])
+    if not (folder / "confirmed.nc").exists():
+        _confirm(scene, kept_modes(scene, modes, folder / "modes.nc"), whole, files, confirm, seed, precision,
+                 folder / "confirmed.nc")
+    _assemble(whole, folder, files, path, recipe)
+    shutil.rmtree(folder)
+    return path
+
+
+def find_whole(scene: Scene, *, beyond: bool, seed: int, progress: Progress = iter) -> Path:
+    """The whole dataset of a scene from the cache, made if it is not there; see :func:`make_whole_dataset`."""
+    path = cached_path("datasets", {"whole": True, "content": scene.content_hash, "scene": scene.to_json(),
+                                    "beyond": beyond, "seed": seed, "source": solver_sources()})
+    return make_whole_dataset(scene, path, beyond=beyond, seed=seed, progress=progress)
+
+
+# ---- direct solves beside -------------------------------------------------------------------------------------
+
+def _confirm(scene: Scene, modes: Modes, whole: WholeSet, files: list[Path], count: int, seed: int, precision: str,
+             path: Path) -> None:
+    """Solve random cases directly, several nodes to one factorization, and keep the errors."""
+    start = time.perf_counter()
+    rng = np.random.default_rng([seed, 24])
+    points = whole.points
+    chosen = rng.choice(len(points), size=min(len(points), -(-count // LOADS_PER_POINT)), replace=False)
+    # shuffled pads one after another, so that nodes are drawn equally often, never twice at one point
+    each = min(LOADS_PER_POINT, scene.n_pad)
+    node = np.concatenate([rng.permutation(scene.n_pad)[:each] for _ in chosen])
+    point = np.repeat(chosen, each)
+    arrays = CaseArrays(node[:, None], np.full((len(node), 1), AMPLITUDE[1]), points[point, 0].copy(),
+                        points[point, 1].copy())
+    truth, _ = solve_cases(scene, arrays)
+    error, residual = np.empty(len(node)), np.empty(len(node))
+    kind = PRECISIONS[precision]
+    for file in files:
+        data = read_netcdf(file)
+        for i, load in enumerate(_loads_of(files, file, scene.n_pad)):
+            mine = np.flatnonzero(node == load)
+            if not len(mine):
+                continue
+            coefficients = AMPLITUDE[1] * pole_coefficients(
+                modes.eigenvalue, data["participation"].values[i], data["theta"].values[i], data["share"].values[i],
+                points[point[mine]])
+            shapes = np.concatenate([modes.shape.T, data["vector"].values[i]]).astype(kind).astype(float)
+            answer = coefficients @ shapes
+            error[mine] = (np.linalg.norm(answer - truth[mine], axis=1) / np.linalg.norm(truth[mine], axis=1))
+            residual[mine] = data["residual"].values[i, point[mine]]
+    if not error.max() <= ERROR_LIMIT:
+        raise SolverError(f"a case differs from its direct solve by {error.max():.1e}, above {ERROR_LIMIT:g}: give "
+                          "more modes or vectors, or store in double precision")
+    write_netcdf(xr.Dataset({"node": ("confirmed", node), "point": ("confirmed", point), "error": ("confirmed", error)},
+                            attrs={"seconds": time.perf_counter() - start}), path)
+
+
+def _loads_of(files: list[Path], file: Path, n_load: int) -> np.ndarray:
+    return np.array_split(np.arange(n_load), len(files))[files.index(file)]
+
+
+# ---- the file -------------------------------------------------------------------------------------------------
+
+def _assemble(whole: WholeSet, folder: Path, files: list[Path], path: Path, recipe: dict) -> None:
+    """Write the dataset from its pieces, one after another."""
+    scene, arrays = whole.scene, whole.arrays()
+    modes, confirmed = read_netcdf(folder / "modes.nc"), read_netcdf(folder / "confirmed.nc")
+    kind = PRECISIONS[recipe["precision"]]
+    small: dict[str, list[np.ndarray]] = {name: [] for name in (
+        "theta", "share", "participation", "residual", "difference")}
+    seconds = float(confirmed.attrs["seconds"])
+    for file in files:
+        with open_netcdf(file) as piece:
+            seconds += float(piece.attrs["seconds"])
+            for name, parts in small.items():
+                parts.append(piece[name].values)
+    table = {name: np.concatenate(parts) for name, parts in small.items()}
+    residual = whole.by_case(table["residual"])
+    single = float(table["difference"].max())
+    frame = scene.cases_from(arrays).assign(split_variables(scene, arrays, whole.n_within, recipe["seed"]))
+    frame = frame.assign_coords(scene.field_coordinates(np.arange(len(scene.fingertip.mesh.nodes)))).assign({
+        "residual": ("case", residual, {
+            "long_name": "relative residual ||Z u - f|| / ||f|| of the answer in double precision", "units": "1"}),
+        "solve_seconds": ("case", np.full(len(arrays), seconds / len(arrays)), {
+            "long_name": "wall time of making and checking all cases, shared equally", "units": "s"}),
+        "load_of_case": ("case", arrays.node[:, 0].astype(np.int32), {
+            "long_name": "row of the case's load among the own shapes", "units": "1"}),
+        "mode_shape": (("mode", "dof"), modes["shape"].values.T.astype(kind), {
+            "long_name": "mass-orthonormal mode shape", "units": "kg-0.5"}),
+        "eigenvalue": ("mode", modes["eigenvalue"].values, {
+            "long_name": "squared angular frequency", "units": "rad2 s-2"}),
+        "participation": (("load", "mode"), table["participation"], {
+            "long_name": "mode shape times unit load", "units": "kg-0.5"}),
+        "own_theta": (("load", "vector"), table["theta"], {"long_name": "reciprocal Ritz value", "units": "s2"}),
+        "own_share": (("load", "vector"), table["share"], {"long_name": "share of the load", "units": "J0.5 N-1"}),
+        "free_dof": ("dof", scene.fingertip.free_dofs.astype(np.int32), {
+            "long_name": "place of the degree of freedom among 3 node + component", "units": "1"}),
+        "confirmed_case": ("confirmed", whole.case_number(confirmed["node"].values, confirmed["point"].values), {
+            "long_name": "case that was solved directly beside", "units": "1"}),
+        "confirmed_error": ("confirmed", confirmed["error"].values, {
+            "long_name": "relative error of the stored answer against the direct solve", "units": "1"}),
+        **mesh_variables(scene)})
+    frame.attrs = {
+        **dataset_attributes(scene), **stamp(), "recipe": json.dumps(recipe), "storage": STORAGE,
+        "storage_formula": "u = sum_k mode_shape_k participation_k F / (eigenvalue_k (1 + i eta) - omega^2) + "
+                           "sum_p own_shape_p own_share_p F / (1 + i eta - omega^2 own_theta_p)",
+        "residual_max": float(residual.max()), "confirmed_error_max": float(confirmed["error"].max()),
+        "precision": recipe["precision"], "precision_error_max": single if recipe["precision"] == "float32" else 0.0,
+        "single_precision_error_max": single, "offline_seconds": seconds}
+
+    def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        for file in files:
+            yield _loads_of(files, file, scene.n_pad), read_netcdf(file)["vector"].values.astype(kind)
+
+    write_in_blocks(frame, path, "own_shape", ("load", "vector", "dof"), np.dtype(kind), {
+        "long_name": "load-dependent vector, K-orthonormal", "units": "m J-0.5",
+        "displacement_name": scene.displacement_name}, blocks())

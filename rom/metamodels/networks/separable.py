@@ -1,0 +1,304 @@
+"""Networks that multiply what they know of the node with what they know of frequency and loss factor.
+
+(1 + i eta) u(node, f, eta) / F = v(node, s) + sum_q T_q(f, eta) sum_r B_qr(position, normal) V_r:
+
+trunk functions T_q (:mod:`rom.metamodels.networks.trunks`), coefficients B_qr, a linear layer of Fourier features of
+the load's position and normal, fields V_r, principal directions of what is to be learned, and v, what is known of
+mechanics: nothing, the load's static response, or that and what natural modes add to it. (DeepONet, Lu et al. 2021,
+with POD fields, Lu et al. 2022.) Such a product is what the mechanics has, it trains by small least-squares problems,
+and a whole published set of cases costs two small matrices a node. The scene loads pad nodes alone, so the coefficients
+are evaluated once at each of them and kept.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from rom.datasets.reduced import ReducedField
+from rom.datasets.schema import check_scene
+from rom.datasets.storage import open_netcdf
+from rom.fullorder.blas import blas_threads
+from rom.metamodels.basis import Basis, combine
+from rom.metamodels.networks.network import WEIGHT, Network
+from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
+from rom.metamodels.networks.unit_answers import (
+    AnswersInMemory,
+    AnswersOnDisk,
+    NodeCases,
+    UnitAnswers,
+    split_validation,
+)
+from rom.metamodels.pod import NOISE
+from rom.metamodels.validity import TrainedRange
+from rom.scenes import CaseArrays, HarmonicPointForce, Scene
+
+if TYPE_CHECKING:
+    import torch
+
+STORED = {"float32": np.float32, "float16": np.float16}
+POINTS_OF = 12
+"""Nodes over whose operating points trunk functions are made orthonormal."""
+FEATURES = 256
+BLOCK = 64
+
+
+class SeparableNetwork(Network):
+    """Parent of the networks that are a product of node and operating point.
+
+    Parameters
+    ----------
+    scene : Scene
+    rank : int, optional
+        Number of fields V_r; default: all that the answers span where they are fewer than the class's own number.
+    steps : int
+        Of training the trunk.
+    storage : {"float32", "float16"}
+        Of fields and coefficients in a file; half precision halves it and adds 2e-4 to an error.
+    seed : int
+    precision : {"float64", "float32"}
+        Of the fields in memory.
+    **settings
+        Named in each class.
+
+    Attributes
+    ----------
+    checkpoint : path, optional
+        A file from which a killed training goes on to the same result; written while training, None for none.
+    split : str
+        Whose training cases a stored set taught, where that was said.
+    """
+
+    scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
+    static_part: ClassVar[bool]
+    default_rank: ClassVar[int]
+
+    def __init__(self, scene: Scene, rank: int | None, steps: int, storage: str, seed: int, precision: str,
+                 **settings: Any) -> None:
+        if storage not in STORED:
+            raise ValueError(f"storage={storage!r} is unknown: choose one of {', '.join(STORED)}")
+        super().__init__(scene, seed, precision, rank=rank, steps=steps, storage=storage, **settings)
+        self.checkpoint: str | Path | None = None
+        self.split = ""
+
+    @property
+    def model_bytes(self) -> int:
+        return super().model_bytes + self._heads.nbytes + self._participation.nbytes
+
+    @property
+    def online_bytes(self) -> int:
+        rows = self._n_field + len(self._eigenvalue) + int(self.static_part)
+        return self._module_bytes + self._heads[0].nbytes + (rows + 2) * self._basis.field[0].nbytes
+
+    # ---- learning -------------------------------------------------------------------------------------------
+
+    def fit_stored(self, path: str | Path, cases: np.ndarray, split: str = "") -> Self:
+        """Learn from cases of a dataset that is stored reduced, node by node, without a whole answer in memory.
+
+        Parameters
+        ----------
+        path : path
+            Of a dataset that :func:`rom.datasets.whole.make_whole_dataset` made.
+        cases : (n,) ndarray of int
+            Positions of the training cases; nothing else is looked at.
+        split : str, optional
+            Whose training cases they are: kept in the file of weights.
+
+        Raises
+        ------
+        SchemaError
+            Where the dataset is damaged or of another scene or mesh.
+        """
+        start = time.perf_counter()
+        with open_netcdf(path) as data:
+            check_scene(data, self.scene, str(path))
+        field, cases = ReducedField(path), np.asarray(cases)
+        points = np.sqrt(field.inertia[cases]) / (2 * np.pi), field.stiffness[cases].imag
+        self.trained = TrainedRange.of(CaseArrays(field.load[cases, None], field.force[cases, None], *points))
+        self.borrowed_seconds = 0.0
+        self._learn(AnswersOnDisk(self.scene, field, cases, self.settings["seed"]))
+        self.split, self.fitted = split, True
+        self.offline_seconds = time.perf_counter() - start
+        return self
+
+    def _fit(self, train: xr.Dataset) -> None:
+        self.split = ""
+        answers = AnswersInMemory(self.scene, train)
+        self.borrowed_seconds = answers.seconds
+        self._learn(answers)
+
+    def _learn(self, answers: UnitAnswers) -> None:
+        from rom.metamodels.networks.training import reproducible
+
+        rows = self._known_rows()
+        known = rows @ answers.vectors
+        self._known = known[len(self._eigenvalue):], known[:len(self._eigenvalue)]
+        validation = split_validation(answers, self.settings["seed"])
+        with reproducible(self.settings["seed"]), blas_threads(1):
+            trunk = self._trunk()
+            self._train_trunk(trunk, answers, validation)
+            mix = self._orthonormal(trunk, answers)
+            learned, held, spread = gather(
+                answers, self._unknown, lambda point: self._trunk_values(trunk, point) @ mix, validation, mix.shape[1])
+            value, direction = np.linalg.eigh(spread)
+            rank = self._rank(int((value > NOISE * value[-1]).sum()))
+            direction = direction[:, ::-1][:, :rank]
+            heads = choose_heads(learned.in_basis(direction), held.in_basis(direction), answers.cases_by_node,
+                                 self._features)
+        fields = (answers.vectors @ direction).T
+        self._take(trunk, mix, heads, np.concatenate([fields, rows]) if self.static_part else fields)
+        del self._known
+
+    def _unknown(self, node: int, cases: NodeCases) -> np.ndarray:
+        """(n, R) ndarray: what is known of mechanics taken from the answers of one node."""
+        static, shapes = self._known
+        rest = cases.answer - static[node]
+        if len(shapes):
+            rest -= (self._modal_terms(cases.point) * self._participation[node]) @ shapes
+        return rest
+
+    def _modal_terms(self, point: np.ndarray) -> np.ndarray:
+        """(n, m) ndarray: s / (lambda_k (lambda_k - s)), what a mode of unit participation adds to its static share."""
+        s = ((2.0 * np.pi * point[:, 0]) ** 2 / (1.0 + 1j * point[:, 1]))[:, None]
+        return s / (self._eigenvalue * (self._eigenvalue - s))
+
+    def _train_trunk(self, trunk: Any, answers: UnitAnswers, validation: np.ndarray) -> None:
+        from rom.metamodels.networks.sketch import make_sketch
+        from rom.metamodels.networks.variable_projection import learn_trunk
+
+        sketch = make_sketch(answers, self._unknown, validation, self._features(SCALES[0]), trunk.size,
+                             self.settings["seed"])
+        self.history = learn_trunk(trunk, sketch, self.settings["steps"], self.progress, self._checkpoint_of(answers))
+
+    def _checkpoint_of(self, answers: UnitAnswers):
+        """Where training is kept and what it belongs to, if it is to be kept."""
+        if self.checkpoint is None:
+            return None
+        from rom.metamodels.networks.variable_projection import Checkpoint
+
+        recipe = {"method": self.name, "settings": self.settings, "scene": self.scene.content_hash,
+                  "cases": answers.digest}
+        return Checkpoint(Path(self.checkpoint), json.dumps(recipe, sort_keys=True))
+
+    def _orthonormal(self, trunk: torch.nn.Module, answers: UnitAnswers) -> np.ndarray:
+        """(q, q) ndarray: turns trunk functions into orthonormal ones over the first nodes' points."""
+        nodes = np.flatnonzero(answers.cases_by_node)
+        points = np.concatenate([answers.of_node(node).point for node in nodes[:POINTS_OF]])
+        value = self._trunk_values(trunk, points)
+        rows = np.concatenate([value.real, value.imag])
+        # singular vectors: functions that the points cannot tell apart are left out
+        _, singular, vt = np.linalg.svd(rows, full_matrices=False)
+        keep = singular > 1e-11 * singular[0]
+        return vt[keep].T / singular[keep] * np.sqrt(len(points))
+
+    @staticmethod
+    def _trunk_values(trunk: torch.nn.Module, points: np.ndarray) -> np.ndarray:
+        """(n, q) ndarray, complex."""
+        import torch
+
+        with torch.no_grad():
+            return trunk(torch.from_numpy(np.ascontiguousarray(points))).numpy()
+
+    def _features(self, scale: float) -> np.ndarray:
+        """(n_pad, h) ndarray: Fourier features of position and normal at every pad node."""
+        rng = np.random.default_rng([self.settings["seed"], 34])
+        phase = self._places() @ (rng.standard_normal((6, FEATURES)) * ([[scale]] * 3 + [[0.25 * scale]] * 3))
+        return np.concatenate([np.cos(phase), np.sin(phase)], axis=1) / np.sqrt(FEATURES)
+
+    def _trunk(self) -> torch.nn.Module:
+        """A trunk, untrained, with ``size`` complex functions."""
+        raise NotImplementedError
+
+    # ---- answering ------------------------------------------------------------------------------------------
+
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
+        stiffness = (1.0 + 1j * cases.loss_factor)[:, None]
+        point = np.column_stack([cases.frequency, cases.loss_factor])
+        trunk = self._trunk_values(self._module, point) @ self._mix
+        share = cases.force / stiffness
+        coefficients = np.zeros((len(cases), self._n_field), dtype=complex)
+        for start in range(0, len(cases), BLOCK):
+            part = slice(start, start + BLOCK)
+            for j in range(cases.node.shape[1]):
+                heads, term = self._heads[cases.node[part, j]], trunk[part] * share[part, j:j + 1]
+                both = np.stack([term.real, term.imag], axis=1).astype(np.float32) @ heads
+                coefficients[part] += both[:, 0] + 1j * both[:, 1]
+        if len(self._eigenvalue):
+            modal = np.einsum("cf,cfm->cm", cases.force, self._participation[cases.node])
+            coefficients = np.concatenate([coefficients, modal * self._modal_terms(point) / stiffness], axis=1)
+        rows, n_shared = self._basis.rows(outputs), coefficients.shape[1]
+        out = combine(coefficients, rows[:n_shared], out)
+        if self.static_part:
+            static = share.astype(out.dtype)
+            for i, j in np.argwhere(cases.force):
+                row = rows[n_shared + cases.node[i, j]]
+                out.real[i] += static[i, j].real * row
+                out.imag[i] += static[i, j].imag * row
+        return out
+
+    def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
+        return None if self.static_part else super().best_approximation(values)  # each load has a static response
+
+    # ---- what is kept ---------------------------------------------------------------------------------------
+
+    def _rank(self, most: int) -> int:
+        """Number of fields; ValueError where the answers do not span as many as are asked for."""
+        asked = self.settings["rank"]
+        if asked is not None and asked > most:
+            raise ValueError(f"rank {asked} is out of reach: these answers span {most} dimensions above rounding "
+                             "noise; ask for less or make more cases")
+        return asked or min(self.default_rank, most)
+
+    def _known_rows(self) -> np.ndarray:
+        """(m + n_pad or m, n_free) ndarray: natural modes and static responses that are known; zero static ones here
+        where the class has none, since training takes them away."""
+        self._eigenvalue, self._participation = np.empty(0), np.empty((self.scene.n_pad, 0))
+        if not self.static_part:
+            return np.zeros((self.scene.n_pad, self.scene.n_free))
+        return self.scene.full_order.solve_static(self.scene.unit_loads).T
+
+    def _take(self, trunk: torch.nn.Module, mix: np.ndarray, heads: np.ndarray, rows: np.ndarray) -> None:
+        """Round what is learned as the file will hold it, and keep it for answering."""
+        kind = STORED[self.settings["storage"]]
+        size, heads_size = largest_power(rows), largest_power(heads)
+        self._file_arrays = {
+            "basis": (rows / size).astype(kind), "basis_size": size, "heads": (heads / heads_size).astype(kind),
+            "heads_size": heads_size, "mix": mix, "eigenvalue": self._eigenvalue, "participation": self._participation}
+        self._take_arrays(self._file_arrays)
+        self._keep(trunk)
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return self._file_arrays
+
+    def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
+        self._file_arrays = {name: array for name, array in arrays.items() if not name.startswith(WEIGHT)}
+        self._basis = Basis(arrays["basis"] * arrays["basis_size"], self.scene.pad_rows, self.settings["precision"])
+        self._heads = (arrays["heads"] * arrays["heads_size"]).astype(np.float32)
+        self._mix, self._n_field = arrays["mix"], arrays["heads"].shape[2]
+        self._eigenvalue, self._participation = arrays["eigenvalue"], arrays["participation"]
+
+    def _file_attributes(self) -> dict[str, Any]:
+        return {**super()._file_attributes(), "split": self.split}
+
+    @classmethod
+    def _from_attributes(cls, attributes: dict[str, Any], path: str | Path, scene: Scene | None) -> Self:
+        model = super()._from_attributes(attributes, path, scene)
+        model.split = attributes.get("split", "")
+        return model
+
+    def _keep(self, module: torch.nn.Module) -> None:
+        super()._keep(module.requires_grad_(False))
+
+    def _build(self, weights: dict[str, torch.Tensor]) -> torch.nn.Module:
+        return self._trunk()
+
+
+def largest_power(array: np.ndarray) -> np.ndarray:
+    """Powers of two just above the largest magnitude along the last axis, which is kept; 1 where all is zero."""
+    largest = np.abs(array).max(axis=-1, keepdims=True)
+    return np.ldexp(1.0, np.frexp(np.where(largest > 0, largest, 1.0))[1])

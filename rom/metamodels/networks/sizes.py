@@ -1,0 +1,28 @@
+"""Three sizes of every network, for curves of error against size; the last are the defaults of their classes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+SIZES: dict[str, dict[str, dict[str, Any]]] = {
+    "transformer": {"small": {"width": 32, "heads": 2}, "medium": {"width": 48}, "large": {}},
+    "mlp": {"small": {"rank": 200, "terms": 16, "width": 32}, "medium": {"rank": 250, "terms": 22, "width": 48},
+            "large": {}},
+    "mlp-residual": {"small": {"modes": 20, "rank": 32, "width": 16}, "medium": {"modes": 30, "rank": 48}, "large": {}},
+    "pole-network": {"small": {"rank": 64, "poles": 12}, "medium": {"rank": 96, "poles": 15}, "large": {}},
+}
+
+
+def settings_of_size(method: str, size: str) -> dict[str, Any]:
+    """Settings of a network at a size.
+
+    Raises
+    ------
+    ValueError
+        For a method or size that does not exist.
+    """
+    if method not in SIZES:
+        raise ValueError(f"{method!r} is no network: choose from {', '.join(SIZES)}")
+    if size not in SIZES[method]:
+        raise ValueError(f"{size!r} is no size of {method}: choose from {', '.join(SIZES[method])}")
+    return dict(SIZES[method][size])
