@@ -41,7 +41,7 @@ class Mlp(SeparableNetwork):
     default_rank: ClassVar[int] = 300
 
     def __init__(self, scene: Scene, rank: int | None = None, terms: int = 28, width: int = 80, depth: int = 2,
-                 steps: int = 150, storage: str = "float32", seed: int = 0, precision: str = "float32") -> None:
+                 steps: int = 600, storage: str = "float32", seed: int = 0, precision: str = "float32") -> None:
         super().__init__(scene, rank, steps, storage, seed, precision, terms=terms, width=width, depth=depth)
 
     def _trunk(self) -> torch.nn.Module:

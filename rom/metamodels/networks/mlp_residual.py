@@ -27,7 +27,7 @@ class MlpResidual(SeparableNetwork):
     modes : int
         Number of natural modes.
     rank : int, optional
-        Number of POD modes of what they leave; default: 64, or all that it spans where they are fewer.
+        Number of POD modes of what they leave; default: 96, or all that it spans where they are fewer.
     terms : int
         Number of complex functions of frequency and loss factor.
     width, depth : int
@@ -43,7 +43,7 @@ class MlpResidual(SeparableNetwork):
     name: ClassVar[str] = "mlp-residual"
     summary: ClassVar[str] = "static responses and modes, and a perceptron of what they leave"
     static_part: ClassVar[bool] = True
-    default_rank: ClassVar[int] = 64
+    default_rank: ClassVar[int] = 96
 
     def __init__(self, scene: Scene, modes: int = 40, rank: int | None = None, terms: int = 4, width: int = 32,
                  depth: int = 2, steps: int = 40, storage: str = "float32", seed: int = 0,

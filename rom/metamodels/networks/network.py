@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 POSITIVE = ("rank", "width", "depth", "heads", "steps", "batch", "learning_rate", "modes", "powers",
             "poles", "terms")
+STORED = {"float32": np.float32, "float16": np.float16}
+"""In which fields and coefficients can be stored."""
 WEIGHT = "weight."
 """Prefix of the module's tensors in a file; arrays without it belong to the method."""
 
@@ -49,6 +51,10 @@ class Network(Metamodel):
         Wraps the iteration over training steps, to show a bar.
     history : History
         Training and validation error of the last fit.
+    checkpoint : path, optional
+        A file from which a killed training goes on to the same result, where a network can; None for none.
+    learned_from : dict
+        ``split``, ``split_seed``, number of ``cases`` and ``seconds`` that they cost, where that was said.
     """
 
     learns: ClassVar[bool] = True
@@ -60,9 +66,13 @@ class Network(Metamodel):
                 raise ValueError(f"{name}={value} cannot be: give a value above zero")
         if settings.get("weight_decay", 0.0) < 0:
             raise ValueError(f"weight_decay={settings['weight_decay']:g} cannot be: give zero or more")
+        if settings["storage"] not in STORED:
+            raise ValueError(f"storage={settings['storage']!r} is unknown: choose one of {', '.join(STORED)}")
         super().__init__(scene, **settings, seed=seed, precision=check_precision(precision))
         self.progress: Callable[[Iterable[int]], Iterable[int]] = iter
         self.history: History | None = None
+        self.checkpoint: str | Path | None = None
+        self.learned_from: dict[str, Any] = {}
         self._module: Any = None  # torch.nn.Module once fitted; torch is not imported here
         self._basis: Basis
 
@@ -103,6 +113,22 @@ class Network(Metamodel):
     def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
         return values @ self._basis.field.T @ self._basis.field
 
+    def in_precision(self, precision: str) -> Self:
+        """The same network with its fields in another precision.
+
+        Raises
+        ------
+        NotFittedError
+        ValueError
+            For a precision that does not exist.
+        """
+        self._check_fitted()
+        other = type(self)(self.scene, **{**self.settings, "precision": precision})
+        other._restore(self._state())
+        for name in ("trained", "offline_seconds", "borrowed_seconds", "history", "learned_from", "fitted"):
+            setattr(other, name, getattr(self, name, None))
+        return other
+
     # ---- files ----------------------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> None:
@@ -127,6 +153,20 @@ class Network(Metamodel):
         except (KeyError, RuntimeError, ValueError) as error:  # torch reports wrong shapes and names as RuntimeError
             raise SchemaError(f"{path} lacks weights that {cls.name} needs, or holds others ({error}): "
                               "fit the network again") from error
+        return model
+
+    def _file_attributes(self) -> dict[str, Any]:
+        history = vars(self.history) if self.history else None
+        return {**super()._file_attributes(), "learned_from": self.learned_from, "history": history}
+
+    @classmethod
+    def _from_attributes(cls, attributes: dict[str, Any], path: str | Path, scene: Scene | None) -> Self:
+        from rom.metamodels.networks.training import History
+
+        model = super()._from_attributes(attributes, path, scene)
+        model.learned_from = attributes.get("learned_from") or {}
+        if attributes.get("history"):
+            model.history = History(**attributes["history"])
         return model
 
     def _state(self) -> xr.Dataset:
@@ -168,6 +208,12 @@ def _dataset(arrays: dict[str, np.ndarray]) -> xr.Dataset:
     """Arrays under their names, each with dimensions of its own."""
     return xr.Dataset({name: ([f"{name}_{axis}" for axis in range(np.ndim(array))], array)
                        for name, array in arrays.items()})
+
+
+def largest_power(array: np.ndarray) -> np.ndarray:
+    """Powers of two just above the largest magnitude along the last axis, which is kept; 1 where all is zero."""
+    largest = np.abs(array).max(axis=-1, keepdims=True)
+    return np.ldexp(1.0, np.frexp(np.where(largest > 0, largest, 1.0))[1])
 
 
 def as_tensor(array: np.ndarray) -> torch.Tensor:

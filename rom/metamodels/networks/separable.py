@@ -25,13 +25,14 @@ from rom.datasets.schema import check_scene
 from rom.datasets.storage import open_netcdf
 from rom.fullorder.blas import blas_threads
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import WEIGHT, Network
+from rom.metamodels.networks.network import STORED, WEIGHT, Network, largest_power
 from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
 from rom.metamodels.networks.unit_answers import (
     AnswersInMemory,
     AnswersOnDisk,
     NodeCases,
     UnitAnswers,
+    random_validation,
     split_validation,
 )
 from rom.metamodels.pod import NOISE
@@ -41,7 +42,6 @@ from rom.scenes import CaseArrays, HarmonicPointForce, Scene
 if TYPE_CHECKING:
     import torch
 
-STORED = {"float32": np.float32, "float16": np.float16}
 POINTS_OF = 12
 """Nodes over whose operating points trunk functions are made orthonormal."""
 FEATURES = 256
@@ -66,12 +66,6 @@ class SeparableNetwork(Network):
     **settings
         Named in each class.
 
-    Attributes
-    ----------
-    checkpoint : path, optional
-        A file from which a killed training goes on to the same result; written while training, None for none.
-    split : str
-        Whose training cases a stored set taught, where that was said.
     """
 
     scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
@@ -80,11 +74,7 @@ class SeparableNetwork(Network):
 
     def __init__(self, scene: Scene, rank: int | None, steps: int, storage: str, seed: int, precision: str,
                  **settings: Any) -> None:
-        if storage not in STORED:
-            raise ValueError(f"storage={storage!r} is unknown: choose one of {', '.join(STORED)}")
         super().__init__(scene, seed, precision, rank=rank, steps=steps, storage=storage, **settings)
-        self.checkpoint: str | Path | None = None
-        self.split = ""
 
     @property
     def model_bytes(self) -> int:
@@ -97,7 +87,7 @@ class SeparableNetwork(Network):
 
     # ---- learning -------------------------------------------------------------------------------------------
 
-    def fit_stored(self, path: str | Path, cases: np.ndarray, split: str = "") -> Self:
+    def fit_stored(self, path: str | Path, cases: np.ndarray) -> Self:
         """Learn from cases of a dataset that is stored reduced, node by node, without a whole answer in memory.
 
         Parameters
@@ -106,8 +96,6 @@ class SeparableNetwork(Network):
             Of a dataset that :func:`rom.datasets.whole.make_whole_dataset` made.
         cases : (n,) ndarray of int
             Positions of the training cases; nothing else is looked at.
-        split : str, optional
-            Whose training cases they are: kept in the file of weights.
 
         Raises
         ------
@@ -121,27 +109,27 @@ class SeparableNetwork(Network):
         points = np.sqrt(field.inertia[cases]) / (2 * np.pi), field.stiffness[cases].imag
         self.trained = TrainedRange.of(CaseArrays(field.load[cases, None], field.force[cases, None], *points))
         self.borrowed_seconds = 0.0
-        self._learn(AnswersOnDisk(self.scene, field, cases, self.settings["seed"]))
-        self.split, self.fitted = split, True
+        rows = self._known_rows()
+        self._learn(AnswersOnDisk(self.scene, field, cases, rows, self.settings["seed"]), rows)
+        self.fitted = True
         self.offline_seconds = time.perf_counter() - start
         return self
 
     def _fit(self, train: xr.Dataset) -> None:
-        self.split = ""
-        answers = AnswersInMemory(self.scene, train)
+        rows = self._known_rows()
+        answers = AnswersInMemory(self.scene, train, rows)
         self.borrowed_seconds = answers.seconds
-        self._learn(answers)
+        self._learn(answers, rows)
 
-    def _learn(self, answers: UnitAnswers) -> None:
+    def _learn(self, answers: UnitAnswers, rows: np.ndarray) -> None:
         from rom.metamodels.networks.training import reproducible
 
-        rows = self._known_rows()
         known = rows @ answers.vectors
         self._known = known[len(self._eigenvalue):], known[:len(self._eigenvalue)]
         validation = split_validation(answers, self.settings["seed"])
         with reproducible(self.settings["seed"]), blas_threads(1):
             trunk = self._trunk()
-            self._train_trunk(trunk, answers, validation)
+            self._train_trunk(trunk, answers)
             mix = self._orthonormal(trunk, answers)
             learned, held, spread = gather(
                 answers, self._unknown, lambda point: self._trunk_values(trunk, point) @ mix, validation, mix.shape[1])
@@ -167,12 +155,13 @@ class SeparableNetwork(Network):
         s = ((2.0 * np.pi * point[:, 0]) ** 2 / (1.0 + 1j * point[:, 1]))[:, None]
         return s / (self._eigenvalue * (self._eigenvalue - s))
 
-    def _train_trunk(self, trunk: Any, answers: UnitAnswers, validation: np.ndarray) -> None:
+    def _train_trunk(self, trunk: Any, answers: UnitAnswers) -> None:
         from rom.metamodels.networks.sketch import make_sketch
         from rom.metamodels.networks.variable_projection import learn_trunk
 
-        sketch = make_sketch(answers, self._unknown, validation, self._features(SCALES[0]), trunk.size,
-                             self.settings["seed"])
+        seed = self.settings["seed"]
+        sketch = make_sketch(answers, self._unknown, random_validation(answers, seed), self._features(SCALES[0]),
+                             trunk.size, seed)
         self.history = learn_trunk(trunk, sketch, self.settings["steps"], self.progress, self._checkpoint_of(answers))
 
     def _checkpoint_of(self, answers: UnitAnswers):
@@ -216,29 +205,55 @@ class SeparableNetwork(Network):
 
     # ---- answering ------------------------------------------------------------------------------------------
 
-    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
+    @property
+    def shared_rows(self) -> np.ndarray:
+        """(m, n_free) ndarray: shapes that answers to all loads are made of."""
+        return self._basis.field[:self._n_field + len(self._eigenvalue)]
+
+    def own_rows(self, node: int) -> np.ndarray:
+        """(1 or 0, n_free) ndarray [m N^-1]: static response of the pad node in row ``node``, where it is known."""
+        row = len(self.shared_rows) + node
+        return self._basis.field[row:row + int(self.static_part)]
+
+    def coefficients(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficients of the cases' answers.
+
+        Parameters
+        ----------
+        cases : CaseArrays
+
+        Returns
+        -------
+        shared : (n_case, m) ndarray, complex
+            Of :attr:`shared_rows`.
+        own : (n_case, n_force) ndarray, complex [N]
+            Of :meth:`own_rows` of each force's node; no column where no static response is known.
+        """
         stiffness = (1.0 + 1j * cases.loss_factor)[:, None]
         point = np.column_stack([cases.frequency, cases.loss_factor])
         trunk = self._trunk_values(self._module, point) @ self._mix
         share = cases.force / stiffness
-        coefficients = np.zeros((len(cases), self._n_field), dtype=complex)
+        shared = np.zeros((len(cases), self._n_field), dtype=complex)
         for start in range(0, len(cases), BLOCK):
             part = slice(start, start + BLOCK)
             for j in range(cases.node.shape[1]):
                 heads, term = self._heads[cases.node[part, j]], trunk[part] * share[part, j:j + 1]
                 both = np.stack([term.real, term.imag], axis=1).astype(np.float32) @ heads
-                coefficients[part] += both[:, 0] + 1j * both[:, 1]
+                shared[part] += both[:, 0] + 1j * both[:, 1]
         if len(self._eigenvalue):
             modal = np.einsum("cf,cfm->cm", cases.force, self._participation[cases.node])
-            coefficients = np.concatenate([coefficients, modal * self._modal_terms(point) / stiffness], axis=1)
-        rows, n_shared = self._basis.rows(outputs), coefficients.shape[1]
-        out = combine(coefficients, rows[:n_shared], out)
-        if self.static_part:
-            static = share.astype(out.dtype)
-            for i, j in np.argwhere(cases.force):
-                row = rows[n_shared + cases.node[i, j]]
-                out.real[i] += static[i, j].real * row
-                out.imag[i] += static[i, j].imag * row
+            shared = np.concatenate([shared, modal * self._modal_terms(point) / stiffness], axis=1)
+        return shared, share if self.static_part else share[:, :0]
+
+    def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
+        shared, own = self.coefficients(cases)
+        rows, n_shared = self._basis.rows(outputs), shared.shape[1]
+        out = combine(shared, rows[:n_shared], out)
+        own = own.astype(out.dtype)
+        for i, j in np.argwhere(own):
+            row = rows[n_shared + cases.node[i, j]]
+            out.real[i] += own[i, j].real * row
+            out.imag[i] += own[i, j].imag * row
         return out
 
     def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
@@ -282,23 +297,8 @@ class SeparableNetwork(Network):
         self._mix, self._n_field = arrays["mix"], arrays["heads"].shape[2]
         self._eigenvalue, self._participation = arrays["eigenvalue"], arrays["participation"]
 
-    def _file_attributes(self) -> dict[str, Any]:
-        return {**super()._file_attributes(), "split": self.split}
-
-    @classmethod
-    def _from_attributes(cls, attributes: dict[str, Any], path: str | Path, scene: Scene | None) -> Self:
-        model = super()._from_attributes(attributes, path, scene)
-        model.split = attributes.get("split", "")
-        return model
-
     def _keep(self, module: torch.nn.Module) -> None:
         super()._keep(module.requires_grad_(False))
 
     def _build(self, weights: dict[str, torch.Tensor]) -> torch.nn.Module:
         return self._trunk()
-
-
-def largest_power(array: np.ndarray) -> np.ndarray:
-    """Powers of two just above the largest magnitude along the last axis, which is kept; 1 where all is zero."""
-    largest = np.abs(array).max(axis=-1, keepdims=True)
-    return np.ldexp(1.0, np.frexp(np.where(largest > 0, largest, 1.0))[1])

@@ -6,9 +6,9 @@ from typing import Any
 
 SIZES: dict[str, dict[str, dict[str, Any]]] = {
     "transformer": {"small": {"width": 32, "heads": 2}, "medium": {"width": 48}, "large": {}},
-    "mlp": {"small": {"rank": 200, "terms": 16, "width": 32}, "medium": {"rank": 250, "terms": 22, "width": 48},
-            "large": {}},
-    "mlp-residual": {"small": {"modes": 20, "rank": 32, "width": 16}, "medium": {"modes": 30, "rank": 48}, "large": {}},
+    "mlp": {"small": {"rank": 200, "terms": 16, "width": 32, "steps": 200},
+            "medium": {"rank": 250, "terms": 22, "width": 48, "steps": 300}, "large": {}},
+    "mlp-residual": {"small": {"modes": 20, "rank": 32, "width": 16}, "medium": {"modes": 30, "rank": 64}, "large": {}},
     "pole-network": {"small": {"rank": 64, "poles": 12}, "medium": {"rank": 96, "poles": 15}, "large": {}},
 }
 

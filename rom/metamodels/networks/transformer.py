@@ -16,7 +16,7 @@ import xarray as xr
 
 from rom.datasets.splits import carve_validation
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import Network, as_tensor
+from rom.metamodels.networks.network import STORED, Network, as_tensor, largest_power
 from rom.metamodels.pod import pod_of
 from rom.scenes import CaseArrays, Scene, StaticPointForces
 
@@ -44,9 +44,11 @@ class Transformer(Network):
         Training steps.
     learning_rate : float
         At its peak.
+    storage : {"float32", "float16"}
+        Of the POD modes in a file; half precision halves it and adds 2e-4 to an error.
     seed : int
     precision : {"float64", "float32"}
-        Of the stored POD modes.
+        Of the POD modes in memory.
     """
 
     name: ClassVar[str] = "transformer"
@@ -54,9 +56,10 @@ class Transformer(Network):
     scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name,)
 
     def __init__(self, scene: Scene, rank: int | None = None, width: int = 64, depth: int = 1, heads: int = 4,
-                 steps: int = 600, learning_rate: float = 0.02, seed: int = 0, precision: str = "float32") -> None:
+                 steps: int = 600, learning_rate: float = 0.02, storage: str = "float32", seed: int = 0,
+                 precision: str = "float32") -> None:
         super().__init__(scene, seed, precision, rank=rank, width=width, depth=depth, heads=heads, steps=steps,
-                         learning_rate=learning_rate)
+                         learning_rate=learning_rate, storage=storage)
         if width % (2 * heads):
             raise ValueError(f"width={width} does not fit heads={heads}: give a multiple of {2 * heads}")
 
@@ -72,7 +75,8 @@ class Transformer(Network):
         with reproducible(self.settings["seed"]) as generator:
             module = self._learn(superpose(loads[learned], coefficients[learned]),
                                  (loads[held], coefficients[held], size[held]), generator)
-        self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
+        power = largest_power(vectors.T)
+        self._take_arrays({"basis": (vectors.T / power).astype(STORED[self.settings["storage"]]), "basis_size": power})
         self._keep(module)
 
     def _learn(self, superposed, validation, generator) -> Any:
@@ -116,6 +120,13 @@ class Transformer(Network):
         return combine(coefficients, self._basis.rows(outputs), out)
 
     # ---- module and files -----------------------------------------------------------------------------------
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return self._file_arrays
+
+    def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
+        self._file_arrays = {name: arrays[name] for name in ("basis", "basis_size")}
+        self._basis = Basis(arrays["basis"] * arrays["basis_size"], self.scene.pad_rows, self.settings["precision"])
 
     def _module_of(self, pad: torch.Tensor, scale: torch.Tensor) -> Any:
         from rom.metamodels.networks.modules import PadAttention

@@ -21,6 +21,8 @@ from rom.scenes import Scene
 
 POD_CASES = 1200
 """Cases of a set on disk, spread over the nodes, from which its POD basis is made."""
+ADDED = 1e-6
+"""Share of a known shape that a basis may lack."""
 POD_RANK = 400
 """POD modes in which a set on disk is read: on the published set they lose less than 1e-3 of any answer."""
 
@@ -95,16 +97,18 @@ class AnswersInMemory(UnitAnswers):
     scene : Scene
         With one force a case.
     train : xr.Dataset
+    shapes : (m, n_free) ndarray
+        What the basis has to hold beside the POD modes.
     """
 
-    def __init__(self, scene: Scene, train: xr.Dataset) -> None:
+    def __init__(self, scene: Scene, train: xr.Dataset, shapes: np.ndarray) -> None:
         arrays, values = scene.case_arrays(train), scene.values(train)
         moving = np.flatnonzero((np.linalg.norm(values, axis=1) > 0) & (arrays.force[:, 0] != 0))
         if len(moving) < 2:
             raise ValueError(f"{len(moving)} training case is too few for a network: give at least two that move")
         super().__init__(scene, arrays.node[moving, 0])
         space, self.seconds = pod_of(scene, train)
-        self.vectors = space.vectors
+        self.vectors = widened(space.vectors, shapes)
         unit = values[moving] * ((1.0 + 1j * arrays.loss_factor[moving]) / arrays.force[moving, 0])[:, None]
         self._answer, self._norm = unit @ self.vectors, np.linalg.norm(unit, axis=1)
         self._point = np.column_stack([arrays.frequency[moving], arrays.loss_factor[moving]])
@@ -124,11 +128,14 @@ class AnswersOnDisk(UnitAnswers):
     field : ReducedField
     cases : (n,) ndarray of int
         Positions of the training cases in the dataset; nothing else of it is read.
+    shapes : (m, n_free) ndarray
+        What the basis has to hold beside the POD modes.
     seed : int
         Draws the cases of the POD basis.
     """
 
-    def __init__(self, scene: Scene, field: ReducedField, cases: np.ndarray, seed: int = 0) -> None:
+    def __init__(self, scene: Scene, field: ReducedField, cases: np.ndarray, shapes: np.ndarray, seed: int = 0
+                 ) -> None:
         super().__init__(scene, field.load[cases])
         self._field, self._cases = field, cases
         self.digest = hashlib.sha256(np.ascontiguousarray(cases, dtype=np.int64).tobytes()).hexdigest()
@@ -136,7 +143,7 @@ class AnswersOnDisk(UnitAnswers):
         each = -(-POD_CASES // scene.n_pad)
         chosen = np.concatenate([cases[rng.permutation(position)[:each]] for position in self._positions])
         space: PodSpace = pod(field.fields(np.sort(chosen)))
-        self.vectors = space.vectors[:, :POD_RANK]
+        self.vectors = widened(space.vectors[:, :POD_RANK], shapes)
 
     def of_node(self, node: int) -> NodeCases:
         cases = self._cases[self._positions[node]]
@@ -147,20 +154,38 @@ class AnswersOnDisk(UnitAnswers):
             self._field.norms(cases) * np.abs(factor), self._positions[node])
 
 
-def split_validation(answers: UnitAnswers, seed: int, fraction: float = 0.1) -> np.ndarray:
-    """(n_case,) ndarray of bool: cases kept from learning, to choose settings by.
+def widened(vectors: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """(n_free, R + m) ndarray: orthonormal ``vectors`` (n_free, R) and what rows of ``shapes`` (m, n_free) add to them.
 
-    Whole nodes where some pad nodes have no case, since those are then to be answered too; random cases otherwise.
+    What is taken from an answer has to lie in the basis as wholly as the answer does, or the rest would not.
     """
+    size = np.linalg.norm(shapes, axis=1)
+    rest = (shapes[size > 0] / size[size > 0, None]).T
+    if not rest.size:
+        return vectors
+    for _ in range(2):  # twice is enough (Parlett 1980)
+        rest = rest - vectors @ (vectors.T @ rest)
+    u, singular, _ = np.linalg.svd(rest, full_matrices=False)
+    return np.concatenate([vectors, u[:, singular > ADDED]], axis=1)
+
+
+def random_validation(answers: UnitAnswers, seed: int, fraction: float = 0.1) -> np.ndarray:
+    """(n_case,) ndarray of bool: random cases kept from learning, to choose settings by."""
     rng = np.random.default_rng([seed, 32])
-    number = answers.cases_by_node
-    if (number == 0).any():
-        seen = np.flatnonzero(number)
-        held = np.isin(np.arange(len(number)), rng.choice(seen, max(1, round(fraction * len(seen))), replace=False))
-        validation = np.zeros(answers.count, dtype=bool)
-        for node in np.flatnonzero(held):
-            validation[answers._positions[node]] = True
-        return validation
     validation = rng.random(answers.count) < fraction
     validation[rng.integers(answers.count)] = True
+    return validation
+
+
+def split_validation(answers: UnitAnswers, seed: int, fraction: float = 0.1) -> np.ndarray:
+    """(n_case,) ndarray of bool: whole nodes where some pad nodes have no case, since those are then to be answered
+    too; random cases otherwise."""
+    number = answers.cases_by_node
+    if (number > 0).all():
+        return random_validation(answers, seed, fraction)
+    seen = np.flatnonzero(number)
+    chosen = np.random.default_rng([seed, 35]).choice(seen, max(1, round(fraction * len(seen))), replace=False)
+    validation = np.zeros(answers.count, dtype=bool)
+    for node in chosen.tolist():
+        validation[answers.of_node(node).position] = True
     return validation
