@@ -19,3 +19,7 @@ class NotFittedError(RomError, RuntimeError):
 
 class SolverError(RomError, RuntimeError):
     """A factorization, an eigensolve or a refinement that did not deliver."""
+
+
+class NoWeightsError(RomError, ValueError):
+    """Trained weights that do not come with the toolkit, or not for this mesh or these held-out cases."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -12,10 +13,10 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
-from rom.comparison.settings import Curve, label, setting_words
+from rom.comparison.settings import TRAINED, Curve, label, setting_words
 from rom.datasets import SPLITS, read_dataset, select
 from rom.datasets.storage import open_netcdf
-from rom.errors import SchemaError
+from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels import METHODS, Metamodel, create, load, metamodel_class
 from rom.provenance import source_digest, versions
 from rom.scenes import Scene, get_scene
@@ -25,7 +26,8 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class Entry:
-    """A method at a setting with a fitted model for each split (the same one twice where it learns nothing)."""
+    """A method at a setting with a fitted model for each split: the same one twice where it learns nothing; none for
+    the second where no trained weights for it come with the toolkit."""
 
     method: str
     settings: dict[str, Any]
@@ -43,6 +45,11 @@ class Entry:
     @property
     def setting(self) -> str:
         return " ".join(setting_words(self.settings))
+
+    @property
+    def trained(self) -> bool:
+        """Whether it has weights that were trained on the whole published set."""
+        return TRAINED in self.settings
 
     @property
     def model(self) -> Any:
@@ -118,6 +125,10 @@ def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: 
             first[split] = _fit_or_load(scene, method, settings, truth, split)
         except SchemaError:  # a damaged truth is no reason to leave a method out
             raise
+        except NoWeightsError as error:
+            if split == SPLITS[0]:
+                log.warning("%s is left out: %s", name, error)
+                omitted[name] = f"{name}: {error}"
         except ValueError as error:  # a rank that few quick cases do not span, say
             log.warning("%s is left out: %s", name, error)
             omitted[name] = f"{name}: {error}"
@@ -128,8 +139,12 @@ def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: 
         if name not in omitted:
             models = {split: model for split, (model, _) in found[name].items()}
             keys = {split: key for split, (_, key) in found[name].items()}
-            snapshots = truth.snapshot_seconds(SPLITS[0]) if metamodel_class(method).learns else 0.0
-            entries.append(Entry(method, settings, headline, models, keys, snapshots))
+            entry = Entry(method, settings, headline, models, keys, 0.0)
+            if entry.trained:
+                entry.snapshot_seconds = float(entry.model.learned_from["seconds"])
+            elif metamodel_class(method).learns:
+                entry.snapshot_seconds = truth.snapshot_seconds(SPLITS[0])
+            entries.append(entry)
     every_method_has_a_headline(entries)
     return entries, list(omitted.values())
 
@@ -151,6 +166,12 @@ def rows_of(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], boo
 
 def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str
                  ) -> tuple[Metamodel, str]:
+    if TRAINED in settings:
+        from rom.metamodels.networks.weights import trained_network
+
+        size, precision = settings[TRAINED], settings.get("precision")
+        model = trained_network(method, scene, size, split, truth.seed, precision)
+        return model, f"{method} {size} {split} {precision} {weights_digest(method, size, split)}"
     path = model_path(scene, method, settings, truth.key, truth.seed, split)
     settings = seeded(method, settings, truth.seed)
     if path.exists():
@@ -189,6 +210,14 @@ def model_path(scene: Scene, method: str, settings: dict[str, Any], truth_key: s
                                       *([f"metamodels/{name}.py" for name in SOURCES]),
                                       *(["metamodels/networks"] if network else []))}
     return cached_path("models", recipe, ".safetensors" if network else ".nc")
+
+
+def weights_digest(method: str, size: str, split: str) -> str:
+    """sha256 of the trained weights that come with the toolkit, and of what evaluates them."""
+    from rom.metamodels.networks.weights import weights_path
+
+    found = hashlib.sha256(weights_path(method, size, split).read_bytes()).hexdigest()
+    return found + source_digest("metamodels/networks", "metamodels/basis.py")
 
 
 def is_network(method: str) -> bool:

@@ -50,6 +50,8 @@ def measure_errors(entries: list[Entry], scene: Scene, truth: Truth, values: np.
         # neighbours in the sampling share an operating point, hence a factorization
         share = (cases // 8) % SHARE.get(entry.method, 1) == 0
         for j, split in enumerate(SPLITS):
+            if split not in entry.models:
+                continue
             tested = np.isin(cases, select(truth.index, split, "test"))
             rows = np.flatnonzero(tested & share if (tested & share).any() else tested)
             evaluated[i, j] = len(rows)

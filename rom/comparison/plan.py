@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from rom.comparison import plan_counts as counts
-from rom.comparison.settings import CURVES, NOT_APPLICABLE
+from rom.comparison.settings import CURVES, NOT_APPLICABLE, constructor_settings
 from rom.metamodels import METHODS, create, metamodel_class
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
@@ -123,7 +123,7 @@ def plan(scene: Scene, method: str | None = None, outputs: str | None = None, **
         raise ValueError(f"{chosen} does not apply to {scene.name}: {reason}")
     if not settings and chosen in CURVES.get(scene.name, {}):
         curve = CURVES[scene.name][chosen]
-        settings = curve.settings[curve.headline]
+        settings = constructor_settings(chosen, curve.settings[curve.headline])
     model = create(chosen, scene, **settings)
     return Plan(scene.name, chosen, model.settings, outputs, chosen == RECOMMENDED[scene.name],
                 _steps(scene, model, outputs))

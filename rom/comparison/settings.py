@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from rom.metamodels.networks.sizes import settings_of_size
 from rom.scenes import FingerOnGlass, HarmonicPatchForces, HarmonicPointForce, StaticPointForces
 
 
@@ -24,7 +25,12 @@ def _each(name: str, *values: Any, **fixed: Any) -> tuple[dict[str, Any], ...]:
     return tuple({name: value, **fixed} for value in values)
 
 
-SINGLE = {"precision": "float32"}
+SINGLE, DOUBLE = {"precision": "float32"}, {"precision": "float64"}
+TRAINED = "trained"
+"""A setting of networks alone: the size whose weights come with the toolkit, trained on the whole published set.
+Without it a network learns from the comparison's own snapshots, as all other learners do."""
+BY_SIZE = (*_each(TRAINED, "small", "medium", "large"), {TRAINED: "large", **DOUBLE}, {})
+LARGE = 2
 OTHER_REGRESSORS = ("knn", "gp", "extra-trees")
 
 CURVES: dict[str, dict[str, Curve]] = {
@@ -35,7 +41,7 @@ CURVES: dict[str, dict[str, Curve]] = {
         "superposition": Curve(({}, SINGLE), headline=0),
         "pod-galerkin": Curve(_each("rank", 60, 120, 200, None), headline=-1),
         "pod-regression": Curve(_each("rank", 60, None)),
-        "transformer": Curve(({},)),
+        "transformer": Curve(BY_SIZE, headline=LARGE),
     },
     HarmonicPointForce.name: {
         "direct": Curve(({},)),
@@ -56,9 +62,9 @@ CURVES: dict[str, dict[str, Curve]] = {
             {"frequencies": 31, "loss_factors": 5, "interpolation": "cubic", "variable": "s"}), headline=3),
         "pod-regression": Curve((
             *_each("rank", 50, 100, 200), *_each("regressor", *OTHER_REGRESSORS, rank=200)), headline=2),
-        "mlp": Curve(({},)),
-        "mlp-residual": Curve(({},)),
-        "pole-network": Curve(({},)),
+        "mlp": Curve(BY_SIZE, headline=LARGE),
+        "mlp-residual": Curve(BY_SIZE, headline=LARGE),
+        "pole-network": Curve(BY_SIZE, headline=LARGE),
     },
     FingerOnGlass.name: {
         "direct": Curve(({},)),
@@ -131,6 +137,13 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
         "mlp-residual": "has no linear static correction whose rest it could learn",
     },
 }
+
+
+def constructor_settings(method: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """What the method's class is made with: the settings of the size where trained weights are named."""
+    if TRAINED not in settings:
+        return settings
+    return {**settings_of_size(method, settings[TRAINED]), **{k: v for k, v in settings.items() if k != TRAINED}}
 
 
 def label(method: str, settings: dict[str, Any]) -> str:

@@ -15,6 +15,7 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.comparison.entries import Truth, fit_entries
 from rom.comparison.errors import relative_errors
+from rom.comparison.full_scale import full_scale
 from rom.comparison.held_out import measure_errors, worst_fields
 from rom.comparison.settings import COMPARED, CURVES, NOT_APPLICABLE, QUICK_CURVES, Curve
 from rom.comparison.times import BATCH, measure_times
@@ -110,6 +111,7 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
         results["natural_frequency"] = ("natural_mode", natural_frequencies(scene), {
             "long_name": "natural frequency", "units": "Hz"})
     results = results.merge(worst_fields(entries, scene, values, arrays, results["case_error"].values))
+    results = results.merge(full_scale(entries, scene, truth, progress))
     results.attrs = {**_attributes(scene, curves, truth, omitted), "seed": seed, "quick": int(quick),
                      **stamp(created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))}
     return results

@@ -28,7 +28,7 @@ def write_tensors(path: str | Path, arrays: dict[str, np.ndarray], attributes: d
     with whole_file(path) as temporary:
         try:
             # safetensors writes the memory as it lies: a transposed view would come back scrambled
-            save_file({name: np.ascontiguousarray(array) for name, array in arrays.items()}, temporary, header)
+            save_file({name: np.asarray(array, order="C") for name, array in arrays.items()}, temporary, header)
         except SafetensorError as error:
             raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
 

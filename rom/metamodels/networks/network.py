@@ -5,6 +5,7 @@ A network answers unit forces; amplitudes multiply and forces add outside of it,
 
 from __future__ import annotations
 
+import json
 from abc import abstractmethod
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -22,7 +23,7 @@ from rom.scenes import CaseArrays, Scene
 if TYPE_CHECKING:
     import torch
 
-    from rom.metamodels.networks.training import History
+    from rom.metamodels.networks.training import Checkpoint, History
 
 POSITIVE = ("rank", "width", "depth", "heads", "steps", "batch", "learning_rate", "modes", "powers",
             "poles", "terms")
@@ -109,6 +110,16 @@ class Network(Metamodel):
             raise ValueError(f"{len(arrays)} training case is too few for {self.name}: give at least two")
         moving = np.linalg.norm(values, axis=1) > 0
         return (arrays, values) if moving.all() else (arrays.take(moving), values[moving])
+
+    def _checkpoint(self, cases_digest: str) -> Checkpoint | None:
+        """Where training is kept and what it belongs to, if it is to be kept."""
+        if self.checkpoint is None:
+            return None
+        from rom.metamodels.networks.training import Checkpoint
+
+        recipe = {"method": self.name, "settings": self.settings, "scene": self.scene.content_hash,
+                  "cases": cases_digest}
+        return Checkpoint(Path(self.checkpoint), json.dumps(recipe, sort_keys=True))
 
     def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
         return values @ self._basis.field.T @ self._basis.field

@@ -12,7 +12,6 @@ are evaluated once at each of them and kept.
 
 from __future__ import annotations
 
-import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -162,17 +161,8 @@ class SeparableNetwork(Network):
         seed = self.settings["seed"]
         sketch = make_sketch(answers, self._unknown, random_validation(answers, seed), self._features(SCALES[0]),
                              trunk.size, seed)
-        self.history = learn_trunk(trunk, sketch, self.settings["steps"], self.progress, self._checkpoint_of(answers))
-
-    def _checkpoint_of(self, answers: UnitAnswers):
-        """Where training is kept and what it belongs to, if it is to be kept."""
-        if self.checkpoint is None:
-            return None
-        from rom.metamodels.networks.variable_projection import Checkpoint
-
-        recipe = {"method": self.name, "settings": self.settings, "scene": self.scene.content_hash,
-                  "cases": answers.digest}
-        return Checkpoint(Path(self.checkpoint), json.dumps(recipe, sort_keys=True))
+        self.history = learn_trunk(trunk, sketch, self.settings["steps"], self.progress,
+                                   self._checkpoint(answers.digest))
 
     def _orthonormal(self, trunk: torch.nn.Module, answers: UnitAnswers) -> np.ndarray:
         """(q, q) ndarray: turns trunk functions into orthonormal ones over the first nodes' points."""

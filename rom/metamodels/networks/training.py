@@ -10,9 +10,14 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor, nn
+
+from rom.errors import SchemaError
+from rom.metamodels.networks.files import read_tensors, write_tensors
 
 log = logging.getLogger(__name__)
 
@@ -35,6 +40,13 @@ class History:
     validation: list[float] = field(default_factory=list)
 
 
+class Checkpoint(NamedTuple):
+    """A file to resume from, and what must agree for that."""
+
+    path: Path
+    recipe: str
+
+
 @contextmanager
 def reproducible(seed: int) -> Iterator[torch.Generator]:
     """Seed torch and fix its threads for a while; yield a generator of the same seed; put everything back."""
@@ -50,7 +62,7 @@ def reproducible(seed: int) -> Iterator[torch.Generator]:
 
 def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Tensor], count: int, *, steps: int,
           batch: int, learning_rate: float, weight_decay: float, generator: torch.Generator,
-          progress: Callable[[Iterable[int]], Iterable[int]] = iter) -> History:
+          progress: Callable[[Iterable[int]], Iterable[int]] = iter, checkpoint: Checkpoint | None = None) -> History:
     """Minimise the mean squared relative error.
 
     Parameters
@@ -67,14 +79,34 @@ def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Ten
         Cases a step; all at once where it is not below ``count``.
     progress : callable
         Wraps the iteration over steps, to show a bar.
+    checkpoint : Checkpoint, optional
+        Written at each look; where it exists, training goes on from it, to the same result.
+
+    Raises
+    ------
+    ValueError
+        Where training diverges.
+    SchemaError
+        Where the checkpoint is damaged or belongs to another training.
     """
     history, best, best_state = History(), math.inf, None
     optimizer = torch.optim.AdamW(module.parameters(), lr=learning_rate, weight_decay=weight_decay)
     every = max(1, steps // CHECKS)
     queue = torch.empty(0, dtype=torch.long)
-    total = 0.0
+    total, first = 0.0, 1
+    kept = read_checkpoint(checkpoint) if checkpoint else None
+    if kept is not None:
+        numbers, arrays = kept
+        first, best, history = numbers["step"] + 1, numbers["best"], History(**numbers["history"])
+        best_state = _part(arrays, "best.")
+        module.load_state_dict(_part(arrays, "now."))
+        queue = arrays["queue"]
+        generator.set_state(arrays["generator"])
+        state = optimizer.state_dict()
+        state["state"] = {k: _part(arrays, f"moments.{k}.") for k in range(len(list(module.parameters())))}
+        optimizer.load_state_dict(state)
     module.train()
-    for step in progress(range(1, steps + 1)):
+    for step in progress(range(first, steps + 1)):
         index = None
         if batch < count:
             while len(queue) < batch:
@@ -100,11 +132,50 @@ def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Ten
             log.info("step %d of %d: training error %.2e, validation %.2e", step, steps, history.train[-1], validation)
             if validation < best:
                 best, best_state = validation, {k: v.detach().clone() for k, v in module.state_dict().items()}
+            if checkpoint and best_state is not None:
+                moments = optimizer.state_dict()["state"]
+                write_checkpoint(checkpoint, {"step": step, "best": best, "history": vars(history)}, {
+                    "queue": queue, "generator": generator.get_state(), **_prefixed("now.", module.state_dict()),
+                    **_prefixed("best.", best_state),
+                    **{name: value for k, parts in moments.items()
+                       for name, value in _prefixed(f"moments.{k}.", parts).items()}})
     if best_state is None:
         raise ValueError(f"training diverged with learning_rate={learning_rate:g}: give a smaller one")
     module.load_state_dict(best_state)
     module.eval()
     return history
+
+
+def write_checkpoint(checkpoint: Checkpoint, numbers: dict[str, Any], tensors: dict[str, Tensor]) -> None:
+    """Keep the state of a training, whole or not at all."""
+    write_tensors(checkpoint.path, {name: tensor.numpy() for name, tensor in tensors.items()},
+                  {"recipe": checkpoint.recipe, **numbers})
+
+
+def read_checkpoint(checkpoint: Checkpoint) -> tuple[dict[str, Any], dict[str, Tensor]] | None:
+    """Numbers and tensors that an interrupted training of the same recipe left; None where there is none.
+
+    Raises
+    ------
+    SchemaError
+        Where the file is damaged or belongs to another training.
+    """
+    if not checkpoint.path.exists():
+        return None
+    attributes, arrays = read_tensors(checkpoint.path)
+    if attributes.get("recipe") != checkpoint.recipe:
+        raise SchemaError(f"{checkpoint.path} belongs to a training with other settings, cases or mesh: delete it or "
+                          "name another file")
+    return attributes, {name: torch.from_numpy(array) for name, array in arrays.items()}
+
+
+def _prefixed(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:
+    return {prefix + name: tensor for name, tensor in tensors.items()}
+
+
+def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    """Tensors whose names begin with ``prefix``, without it."""
+    return {name.removeprefix(prefix): tensor for name, tensor in tensors.items() if name.startswith(prefix)}
 
 
 def _rate(share: float) -> float:

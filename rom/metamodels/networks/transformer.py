@@ -9,6 +9,7 @@ are its output layer, and linear: least squares settle them at the end.
 
 from __future__ import annotations
 
+import hashlib
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -104,7 +105,8 @@ class Transformer(Network):
             module, errors,
             lambda: (held_weight @ module(places) - held_goal).square().sum(1) / held_size.square(),
             len(goal), steps=self.settings["steps"], batch=len(goal), learning_rate=self.settings["learning_rate"],
-            weight_decay=0.0, generator=generator, progress=self.progress)
+            weight_decay=0.0, generator=generator, progress=self.progress,
+            checkpoint=self._checkpoint(hashlib.sha256(loads.tobytes() + targets.tobytes()).hexdigest()))
         if single:
             module.settle(goal)
         return module

@@ -11,15 +11,11 @@ import logging
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
 
-from rom.errors import SchemaError
-from rom.metamodels.networks.files import read_tensors, write_tensors
-from rom.metamodels.networks.training import History
+from rom.metamodels.networks.training import Checkpoint, History, read_checkpoint, write_checkpoint
 
 log = logging.getLogger(__name__)
 
@@ -68,13 +64,6 @@ class Sketch:
         both = torch.stack([value.real, value.imag], dim=1)
         both = both[..., None, :] * self.feature[:, None, :, :, None]
         return both.flatten(3) * self.weight[:, None, :, None]
-
-
-class Checkpoint(NamedTuple):
-    """A file to resume from, and what must agree for that."""
-
-    path: Path
-    recipe: str
 
 
 def learn_trunk(trunk: nn.Module, sketch: Sketch, steps: int,
@@ -199,21 +188,18 @@ NUMBERS = ("step", "power", "waited", "least", "best_tail")
 
 
 def _keep(trunk: nn.Module, state: _State, checkpoint: Checkpoint) -> None:
-    arrays = {f"now.{name}": value.numpy() for name, value in trunk.state_dict().items()}
-    arrays |= {f"best.{name}": value.numpy() for name, value in state.best.items()}
-    numbers = {name: getattr(state, name) for name in NUMBERS}
-    write_tensors(checkpoint.path, arrays, {"recipe": checkpoint.recipe, **numbers, "history": vars(state.history)})
+    tensors = {f"now.{name}": value for name, value in trunk.state_dict().items()}
+    tensors |= {f"best.{name}": value for name, value in state.best.items()}
+    write_checkpoint(checkpoint, {**{name: getattr(state, name) for name in NUMBERS}, "history": vars(state.history)},
+                     tensors)
 
 
 def _resume(trunk: nn.Module, checkpoint: Checkpoint) -> _State | None:
     """The state that an interrupted training of the same recipe left; None where there is none."""
-    if not checkpoint.path.exists():
+    kept = read_checkpoint(checkpoint)
+    if kept is None:
         return None
-    attributes, arrays = read_tensors(checkpoint.path)
-    if attributes.get("recipe") != checkpoint.recipe:
-        raise SchemaError(f"{checkpoint.path} belongs to a training with other settings, cases or mesh: delete it or "
-                          "name another file")
-    weights = {name: torch.from_numpy(array) for name, array in arrays.items()}
+    attributes, weights = kept
     trunk.load_state_dict({name[4:]: value for name, value in weights.items() if name.startswith("now.")})
     state = _State(trunk)
     state.best = {name[5:]: value for name, value in weights.items() if name.startswith("best.")}

@@ -16,7 +16,7 @@ import numpy as np
 
 from rom.datasets import read_dataset, select
 from rom.datasets.storage import is_reduced, open_netcdf
-from rom.errors import SchemaError
+from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.network import Network
 from rom.metamodels.networks.sizes import SIZES, settings_of_size
@@ -48,23 +48,23 @@ def trained_network(method: str, scene: Scene, size: str = "large", split: str =
 
     Raises
     ------
-    ValueError
-        Where there are no such weights, or they learned from another split.
+    NoWeightsError
+        Where there are none for this mesh, or they learned from another split.
     SchemaError
-        Where they are damaged or of another mesh.
+        Where they are damaged.
     """
     path = weights_path(method, size, split)
     if not path.exists():
-        raise ValueError(f"no weights of {method} ({size}, {split} split) come with the toolkit: train them with "
+        raise NoWeightsError(f"no weights of {method} ({size}, {split} split) come with the toolkit: train them with "
                          f"`rom train {method} DATASET --output FILE`, or leave them out")
     attributes = read_attributes(path)
     origin = attributes.get("learned_from") or {}
     if split_seed is not None and (origin.get("split"), origin.get("split_seed")) != (split, split_seed):
-        raise ValueError(f"{path.name} learned from the {origin.get('split')} split of seed "
+        raise NoWeightsError(f"{path.name} learned from the {origin.get('split')} split of seed "
                          f"{origin.get('split_seed')}: cases held out by the {split} split of seed {split_seed} may be "
                          "known to it")
     if attributes["mesh_hash"] != scene.fingertip.mesh.mesh_hash:
-        raise ValueError(f"{path.name} is for another anatomy or mesh: train weights for this one with `rom train`")
+        raise NoWeightsError(f"{path.name} is for another anatomy or mesh: train weights for this one with `rom train`")
     model = load(path, scene)
     return model if precision is None else model.in_precision(precision)
 

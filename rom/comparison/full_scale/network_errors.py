@@ -16,7 +16,7 @@ from rom.metamodels.networks.separable import SeparableNetwork
 from rom.scenes import CaseArrays
 
 
-def whole_errors(model: SeparableNetwork, field: ReducedField, cases: np.ndarray | None = None,
+def network_errors(model: SeparableNetwork, field: ReducedField, cases: np.ndarray | None = None,
                  progress: Callable[[Iterable[int]], Iterable[int]] = iter) -> np.ndarray:
     """Relative errors ||u_hat - u|| / ||u|| over all free degrees of freedom.
 

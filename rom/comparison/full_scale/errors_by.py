@@ -1,0 +1,58 @@
+"""Errors of many cases put together by what they have in common."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rom.comparison.errors import statistics
+
+MISSING = np.nan
+
+
+def largest_by(error: np.ndarray, key: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(len(values),) ndarray: the largest error where ``key`` equals each of ``values``; NaN where none does."""
+    out = np.full(len(values), MISSING)
+    index = np.clip(np.searchsorted(values, key), 0, len(values) - 1)
+    known = np.isclose(values[index], key)
+    out[np.unique(index[known])] = -np.inf
+    np.maximum.at(out, index[known], error[known])
+    return out
+
+
+class Table:
+    """Variables over entries and splits, filled a model at a time.
+
+    Parameters
+    ----------
+    n_entry, n_split : int
+    by : dict of ndarray
+        Dimension name to its values, over which largest errors are told apart.
+    """
+
+    def __init__(self, n_entry: int, n_split: int, by: dict[str, np.ndarray]) -> None:
+        self.by = by
+        self.count = np.zeros((n_entry, n_split), dtype=int)
+        self.statistics = np.full((3, n_entry, n_split), MISSING)
+        self.largest = {name: np.full((n_entry, n_split, len(values)), MISSING) for name, values in by.items()}
+
+    def put(self, entry: int, split: int, error: np.ndarray, held_out: np.ndarray, keys: dict[str, np.ndarray]) -> None:
+        """Take in errors of cases; statistics are over those that are ``held_out`` within the published ranges."""
+        self.count[entry, split] = int(held_out.sum())
+        self.statistics[:, entry, split] = statistics(error[held_out])
+        for name, key in keys.items():
+            used = np.ones(len(error), dtype=bool) if name == "full_scale_region" else held_out
+            self.largest[name][entry, split] = largest_by(error[used], key[used], self.by[name])
+
+    def variables(self) -> dict[str, tuple]:
+        """Named, with units."""
+        one = {"units": "1"}
+        found: dict[str, tuple] = {"full_scale_count": (("entry", "split"), self.count, {
+            "long_name": "held-out cases of the whole population that were evaluated", **one})}
+        kinds = {"max": "largest", "p95": "95 % quantile of the", "median": "median"}
+        for k, (name, words) in enumerate(kinds.items()):
+            found[f"full_scale_{name}"] = (("entry", "split"), self.statistics[k], {
+                "long_name": f"{words} relative error over held-out cases of the whole population", **one})
+        for name, values in self.largest.items():
+            found[f"by_{name}"] = (("entry", "split", name), values, {
+                "long_name": f"largest relative error by {name.removeprefix('full_scale_').replace('_', ' ')}", **one})
+        return found

@@ -1,0 +1,103 @@
+"""Every held-out case of the whole harmonic grid, and what lies beyond it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from rom.cache import cached_path
+from rom.comparison.entries import Entry
+from rom.comparison.errors import relative_errors
+from rom.comparison.full_scale.errors_by import Table
+from rom.comparison.full_scale.network_errors import arrays_of, network_errors
+from rom.comparison.full_scale.peaks import peak_errors
+from rom.comparison.held_out import SHARE
+from rom.datasets import SPLITS
+from rom.datasets.reduced import ReducedField
+from rom.datasets.schema import SPLIT_FLAGS
+from rom.datasets.storage import read_netcdf, write_netcdf
+from rom.datasets.whole import find_whole
+from rom.provenance import source_digest
+from rom.scenes import Scene
+from rom.scenes.harmonic_point_force import FREQUENCY, FREQUENCY_BEYOND, LOSS_FACTOR, LOSS_FACTOR_BEYOND
+
+SAMPLE = 8192
+"""Cases, drawn at random, that stand for all where each answer has to be put together as a whole field."""
+BLOCK = 128
+REGIONS = ("within training", "unseen node", "unseen frequency band", "301-400 Hz", "loss factor 0.05",
+           "loss factor 0.6")
+
+
+def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> xr.Dataset:
+    """Error variables over the whole grid; networks answer every held-out case, others a random sample.
+
+    Parameters
+    ----------
+    entries : list of Entry
+    scene : HarmonicPointForce
+    seed : int
+        Of the splits.
+    progress : callable
+        ``progress(items, title)`` shows a bar.
+    """
+    path = find_whole(scene, beyond=True, seed=seed, progress=lambda items: progress(items, "whole grid"))
+    field = ReducedField(path)
+    by = {"full_scale_frequency": np.concatenate([FREQUENCY, FREQUENCY_BEYOND]),
+          "full_scale_loss_factor": np.sort(np.concatenate([LOSS_FACTOR, LOSS_FACTOR_BEYOND])),
+          "pad_node": np.arange(scene.n_pad), "full_scale_region": np.arange(len(REGIONS))}
+    table = Table(len(entries), len(SPLITS), by)
+    frequency, region = np.sqrt(field.inertia) / (2 * np.pi), _regions(field)
+    keys = {"full_scale_frequency": np.round(frequency), "full_scale_loss_factor": field.stiffness.imag,
+            "pad_node": field.load, "full_scale_region": region}
+    beyond = region >= 3
+    tested = {split: field.data[f"split_{split}"].values == SPLIT_FLAGS["test"] for split in SPLITS}
+    rows = [(i, j) for i, entry in enumerate(entries) for j, split in enumerate(SPLITS)
+            if (entry.trained or entry.headline) and split in entry.models and entry.method not in SHARE]
+    for i, j in progress(rows, "whole grid, errors"):
+        entry, split = entries[i], SPLITS[j]
+        cases = np.flatnonzero(tested[split] | beyond if entry.headline else tested[split] & ~beyond)
+        cases, error = _errors(entry, split, field, cases, path.stem)
+        table.put(i, j, error, (tested[split] & ~beyond)[cases], {name: key[cases] for name, key in keys.items()})
+    peaks = peak_errors(entries, scene, field, lambda items: progress(items, "peaks"))
+    return xr.Dataset({**table.variables(), **peaks,
+                       "full_scale_seconds": ((), float(field.data.attrs["offline_seconds"]), {
+                           "long_name": "making and checking the whole grid", "units": "s"}),
+                       "full_scale_residual": ((), float(field.data.attrs["residual_max"]), {
+                           "long_name": "largest residual ||Z u - f|| / ||f|| of any case of the whole grid",
+                           "units": "1"}),
+                       "full_scale_confirmed": ((), float(field.data.attrs["confirmed_error_max"]), {
+                           "long_name": "largest error of the whole grid against direct solves", "units": "1"})},
+                      coords={**by, "full_scale_region": list(REGIONS)})
+
+
+def _regions(field: ReducedField) -> np.ndarray:
+    """(n_case,) ndarray of int: positions in :data:`REGIONS`; what lies beyond the ranges counts before the rest."""
+    region = field.data["hard_region"].values.astype(int)
+    region[(region == 4) & (field.stiffness.imag > 0.5)] = 5
+    return region
+
+
+def _errors(entry: Entry, split: str, field: ReducedField, cases: np.ndarray, key: str
+            ) -> tuple[np.ndarray, np.ndarray]:
+    """Cases that were evaluated and their errors, found again where model and truth are the same."""
+    model = entry.models[split]
+    fast = entry.trained
+    if not fast and len(cases) > SAMPLE:
+        cases = np.sort(np.random.default_rng(7).choice(cases, SAMPLE, replace=False))
+    path = cached_path("errors", {"model": entry.keys[split], "whole": key, "split": split, "n": len(cases),
+                                  "source": source_digest("comparison/errors.py", "comparison/full_scale")})
+    if path.exists():
+        return cases, read_netcdf(path)["error"].values
+    if fast:
+        error = network_errors(model, field, cases)
+    else:
+        order = np.argsort(field.load[cases], kind="stable")  # a load's shapes are read once
+        error = np.empty(len(cases))
+        for start in range(0, len(order), BLOCK):
+            part = order[start:start + BLOCK]
+            error[part] = relative_errors(model.evaluate(arrays_of(field, cases[part]), "field"),
+                                          field.fields(cases[part]))
+    write_netcdf(xr.Dataset({"error": ("case", error)}), path)
+    return cases, error
