@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
 from rom.metamodels.networks.separable import SeparableNetwork
 from rom.scenes import Scene
 
@@ -51,11 +49,11 @@ class MlpResidual(SeparableNetwork):
         super().__init__(scene, rank, steps, storage, seed, precision, modes=modes, terms=terms, width=width,
                          depth=depth)
 
-    def _known_rows(self) -> np.ndarray:
-        static = super()._known_rows()
+    def _solve_known(self) -> None:
+        super()._solve_known()
         modes = self.scene.full_order.natural_modes(count=self.settings["modes"])
+        self._modes = modes.shape.T
         self._eigenvalue, self._participation = modes.eigenvalue, self.scene.unit_loads.T @ modes.shape
-        return np.concatenate([modes.shape.T, static])
 
     def _trunk(self) -> torch.nn.Module:
         from rom.metamodels.networks.trunks import PerceptronTrunk

@@ -23,7 +23,7 @@ class PoleNetwork(SeparableNetwork):
     Parameters
     ----------
     rank : int, optional
-        Number of fields that residues are made of; default: 160, or all that the answers span where they are fewer.
+        Number of fields that residues are made of; default: 200, or all that the answers span where they are fewer.
     poles : int
     powers : int
         Highest power of s.
@@ -38,7 +38,7 @@ class PoleNetwork(SeparableNetwork):
     name: ClassVar[str] = "pole-network"
     summary: ClassVar[str] = "static responses, and learned poles over s = omega^2 / (1 + i eta) with learned residues"
     static_part: ClassVar[bool] = True
-    default_rank: ClassVar[int] = 160
+    default_rank: ClassVar[int] = 200
 
     def __init__(self, scene: Scene, rank: int | None = None, poles: int = 18, powers: int = 2, steps: int = 40,
                  storage: str = "float32", seed: int = 0, precision: str = "float32") -> None:

@@ -108,23 +108,26 @@ class SeparableNetwork(Network):
         points = np.sqrt(field.inertia[cases]) / (2 * np.pi), field.stiffness[cases].imag
         self.trained = TrainedRange.of(CaseArrays(field.load[cases, None], field.force[cases, None], *points))
         self.borrowed_seconds = 0.0
-        rows = self._known_rows()
-        self._learn(AnswersOnDisk(self.scene, field, cases, rows, self.settings["seed"]), rows)
+        self._solve_known()
+        self._learn(AnswersOnDisk(self.scene, field, cases, self._known_shapes, self.settings["seed"]))
         self.fitted = True
         self.offline_seconds = time.perf_counter() - start
         return self
 
     def _fit(self, train: xr.Dataset) -> None:
-        rows = self._known_rows()
-        answers = AnswersInMemory(self.scene, train, rows)
+        self._solve_known()
+        answers = AnswersInMemory(self.scene, train, self._known_shapes)
         self.borrowed_seconds = answers.seconds
-        self._learn(answers, rows)
+        self._learn(answers)
 
-    def _learn(self, answers: UnitAnswers, rows: np.ndarray) -> None:
+    @property
+    def _known_shapes(self) -> np.ndarray:
+        return np.concatenate([self._modes, self._static])
+
+    def _learn(self, answers: UnitAnswers) -> None:
         from rom.metamodels.networks.training import reproducible
 
-        known = rows @ answers.vectors
-        self._known = known[len(self._eigenvalue):], known[:len(self._eigenvalue)]
+        self._known = self._static @ answers.vectors, self._modes @ answers.vectors
         validation = split_validation(answers, self.settings["seed"])
         with reproducible(self.settings["seed"]), blas_threads(1):
             trunk = self._trunk()
@@ -138,13 +141,13 @@ class SeparableNetwork(Network):
             heads = choose_heads(learned.in_basis(direction), held.in_basis(direction), answers.cases_by_node,
                                  self._features)
         fields = (answers.vectors @ direction).T
-        self._take(trunk, mix, heads, np.concatenate([fields, rows]) if self.static_part else fields)
-        del self._known
+        self._take(trunk, mix, heads, np.concatenate([fields, self._modes]))
+        del self._known, self._modes, self._static
 
     def _unknown(self, node: int, cases: NodeCases) -> np.ndarray:
         """(n, R) ndarray: what is known of mechanics taken from the answers of one node."""
         static, shapes = self._known
-        rest = cases.answer - static[node]
+        rest = cases.answer - static[node] if len(static) else cases.answer.copy()
         if len(shapes):
             rest -= (self._modal_terms(cases.point) * self._participation[node]) @ shapes
         return rest
@@ -259,12 +262,15 @@ class SeparableNetwork(Network):
                              "noise; ask for less or make more cases")
         return asked or min(self.default_rank, most)
 
-    def _known_rows(self) -> np.ndarray:
-        """(m + n_pad or m, n_free) ndarray: natural modes and static responses that are known; zero static ones here
-        where the class has none, since training takes them away."""
+    def _solve_known(self) -> None:
+        """Natural modes (m, n_free) and static responses (n_pad, n_free) [m N^-1] that need no learning, or none."""
         self._eigenvalue, self._participation = np.empty(0), np.empty((self.scene.n_pad, 0))
+        self._modes, self._static = np.empty((0, self.scene.n_free)), self._static_rows()
+
+    def _static_rows(self) -> np.ndarray:
+        """(n_pad, n_free) ndarray [m N^-1], or no row where the class knows none."""
         if not self.static_part:
-            return np.zeros((self.scene.n_pad, self.scene.n_free))
+            return np.empty((0, self.scene.n_free))
         return self.scene.full_order.solve_static(self.scene.unit_loads).T
 
     def _take(self, trunk: torch.nn.Module, mix: np.ndarray, heads: np.ndarray, rows: np.ndarray) -> None:
@@ -282,7 +288,9 @@ class SeparableNetwork(Network):
 
     def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
         self._file_arrays = {name: array for name, array in arrays.items() if not name.startswith(WEIGHT)}
-        self._basis = Basis(arrays["basis"] * arrays["basis_size"], self.scene.pad_rows, self.settings["precision"])
+        # static responses are solved for again, at the price of one factorization: a file holds what was learned
+        rows = np.concatenate([arrays["basis"] * arrays["basis_size"], self._static_rows()])
+        self._basis = Basis(rows, self.scene.pad_rows, self.settings["precision"])
         self._heads = (arrays["heads"] * arrays["heads_size"]).astype(np.float32)
         self._mix, self._n_field = arrays["mix"], arrays["heads"].shape[2]
         self._eigenvalue, self._participation = arrays["eigenvalue"], arrays["participation"]
