@@ -10,6 +10,7 @@ import xarray as xr
 from rom.reporting import words
 from rom.reporting.contact_conclusions import contact_quantities
 from rom.reporting.failures import shortfalls
+from rom.reporting.network_verdict import network_verdict
 from rom.reporting.results import DIRECT, LEARNED, SOLVERS, UNSEEN_NODE, Results
 
 MANY_TIMES = 3.0
@@ -32,7 +33,7 @@ def conclusions(results: xr.Dataset) -> list[str]:
     """
     found = Results(results)
     parts = (recommended, payback, accuracy, gate_speed, contact_quantities, shortfalls, band_modes, learners,
-             pod_at_new_nodes, certificate, mesh)
+             network_verdict, pod_at_new_nodes, certificate, mesh)
     return [sentence for part in parts for sentence in part(found)]
 
 

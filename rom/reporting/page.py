@@ -10,6 +10,8 @@ import numpy as np
 from rom.reporting import html, words
 from rom.reporting.conclusions import conclusions
 from rom.reporting.failures import failures
+from rom.reporting.full_scale import networks
+from rom.reporting.network_verdict import network_table
 from rom.reporting.plate import Plate
 from rom.reporting.results import Results
 from rom.reporting.tables import headline_table, settings_table, speed_table
@@ -21,6 +23,7 @@ def page(found: Results, plates: Sequence[Plate]) -> str:
     sections = {
         "headline": ("Methods at their headline settings", [headline_table(found)]),
         "speed": ("Speed-up at a level of error", [speed_table(found, split) for split in found.splits]),
+        **({"networks": ("Networks at full scale", [network_table(found)])} if networks(found) else {}),
         "figures": ("Figures", [html.image(p.file, p.alt, p.caption) for p in plates]),
         "failures": ("What did not work", [_failures(found)]),
         "scene": ("What the scene needs, and what it leaves out", _scene(found)),

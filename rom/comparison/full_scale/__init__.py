@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import xarray as xr
 
 from rom.comparison.entries import Entry, Truth
@@ -27,4 +28,7 @@ def full_scale(entries: list[Entry], scene: Scene, truth: Truth, progress: Calla
     from rom.comparison.full_scale import fewer_snapshots, harmonic, static
 
     study = {HarmonicPointForce.name: harmonic.study, StaticPointForces.name: static.study}[scene.name]
-    return study(entries, scene, truth.seed, progress).merge(fewer_snapshots.study(entries, scene, truth, progress))
+    learned = [entry.model.learned_from["cases"] if entry.trained else np.nan for entry in entries]
+    return study(entries, scene, truth.seed, progress).merge(
+        fewer_snapshots.study(entries, scene, truth, progress)).assign(learned_cases=("entry", learned, {
+            "long_name": "training cases behind weights that come with the toolkit", "units": "1"}))

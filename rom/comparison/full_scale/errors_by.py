@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rom.comparison.errors import statistics
+from rom.scenes import Scene
 
 MISSING = np.nan
 
@@ -56,3 +57,10 @@ class Table:
             found[f"by_{name}"] = (("entry", "split", name), values, {
                 "long_name": f"largest relative error by {name.removeprefix('full_scale_').replace('_', ' ')}", **one})
         return found
+
+
+def pad_places(scene: Scene) -> dict[str, tuple]:
+    """Coordinates of the pad's nodes."""
+    names = {"pad_x": "distance from the joint towards the tip", "pad_y": "lateral position"}
+    return {name: ("pad_node", scene.pad_positions[:, k], {"long_name": words, "units": "m"})
+            for k, (name, words) in enumerate(names.items())}

@@ -10,7 +10,7 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.comparison.entries import Entry
 from rom.comparison.errors import relative_errors
-from rom.comparison.full_scale.errors_by import Table
+from rom.comparison.full_scale.errors_by import Table, pad_places
 from rom.comparison.full_scale.network_errors import arrays_of, network_errors
 from rom.comparison.full_scale.peaks import peak_errors
 from rom.comparison.held_out import SHARE
@@ -69,7 +69,7 @@ def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> 
                            "units": "1"}),
                        "full_scale_confirmed": ((), float(field.data.attrs["confirmed_error_max"]), {
                            "long_name": "largest error of the whole grid against direct solves", "units": "1"})},
-                      coords={**by, "full_scale_region": list(REGIONS)})
+                      coords={**by, "full_scale_region": list(REGIONS), **pad_places(scene)})
 
 
 def _regions(field: ReducedField) -> np.ndarray:

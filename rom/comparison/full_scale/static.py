@@ -10,7 +10,7 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.comparison.entries import Entry
 from rom.comparison.errors import relative_errors
-from rom.comparison.full_scale.errors_by import Table
+from rom.comparison.full_scale.errors_by import Table, pad_places
 from rom.comparison.held_out import SHARE
 from rom.datasets import SPLITS, draw_combinations, superposed, unit_responses
 from rom.datasets.snapshots import concatenate
@@ -63,7 +63,7 @@ def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> 
         table.largest["pad_node"][i, j] = _by_node(error[held_out], cases.take(chosen[held_out]), scene.n_pad)
         for n in by["number_of_forces"][scene.max_forces:]:
             table.largest["number_of_forces"][i, j, n - 1] = error[forces[chosen] == n].max()
-    return xr.Dataset(table.variables(), coords={**by, "full_scale_region": list(REGIONS)})
+    return xr.Dataset(table.variables(), coords={**by, "full_scale_region": list(REGIONS), **pad_places(scene)})
 
 
 def _by_node(error: np.ndarray, cases: CaseArrays, n_pad: int) -> np.ndarray:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 from abc import abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -225,6 +226,19 @@ def largest_power(array: np.ndarray) -> np.ndarray:
     """Powers of two just above the largest magnitude along the last axis, which is kept; 1 where all is zero."""
     largest = np.abs(array).max(axis=-1, keepdims=True)
     return np.ldexp(1.0, np.frexp(np.where(largest > 0, largest, 1.0))[1])
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Torch on one thread for a while: its matrices are small here, and a second thread stalls on a busy machine."""
+    import torch
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 def as_tensor(array: np.ndarray) -> torch.Tensor:

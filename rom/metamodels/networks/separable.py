@@ -24,7 +24,7 @@ from rom.datasets.schema import check_scene
 from rom.datasets.storage import open_netcdf
 from rom.fullorder.blas import blas_threads
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import STORED, WEIGHT, Network, largest_power
+from rom.metamodels.networks.network import STORED, WEIGHT, Network, largest_power, one_thread
 from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
 from rom.metamodels.networks.unit_answers import (
     AnswersInMemory,
@@ -183,7 +183,7 @@ class SeparableNetwork(Network):
         """(n, q) ndarray, complex."""
         import torch
 
-        with torch.no_grad():
+        with one_thread(), torch.no_grad():
             return trunk(torch.from_numpy(np.ascontiguousarray(points))).numpy()
 
     def _features(self, scale: float) -> np.ndarray:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -33,11 +34,20 @@ Errors = Callable[[Tensor | None], Tensor]
 
 @dataclass
 class History:
-    """Root mean square relative error at each look, of the training batches since the last and of validation."""
+    """Root mean square relative error at each look, of the training batches since the last and of validation, and
+    seconds since training began (interruptions left out)."""
 
     step: list[int] = field(default_factory=list)
     train: list[float] = field(default_factory=list)
     validation: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list, compare=False)
+
+    def look(self, step: int, train: float, validation: float, start: float) -> None:
+        """Take in a look, ``start`` being the `perf_counter` when training began."""
+        self.step.append(step)
+        self.train.append(train)
+        self.validation.append(validation)
+        self.seconds.append(time.perf_counter() - start)
 
 
 class Checkpoint(NamedTuple):
@@ -89,7 +99,7 @@ def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Ten
     SchemaError
         Where the checkpoint is damaged or belongs to another training.
     """
-    history, best, best_state = History(), math.inf, None
+    history, best, best_state, start = History(), math.inf, None, time.perf_counter()
     optimizer = torch.optim.AdamW(module.parameters(), lr=learning_rate, weight_decay=weight_decay)
     every = max(1, steps // CHECKS)
     queue = torch.empty(0, dtype=torch.long)
@@ -98,6 +108,7 @@ def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Ten
     if kept is not None:
         numbers, arrays = kept
         first, best, history = numbers["step"] + 1, numbers["best"], History(**numbers["history"])
+        start -= history.seconds[-1]
         best_state = _part(arrays, "best.")
         module.load_state_dict(_part(arrays, "now."))
         queue = arrays["queue"]
@@ -125,9 +136,7 @@ def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Ten
                 validation = math.sqrt(float(validation_errors().mean()))
             module.train()
             since = step - (history.step[-1] if history.step else 0)
-            history.step.append(step)
-            history.train.append(math.sqrt(total / since))
-            history.validation.append(validation)
+            history.look(step, math.sqrt(total / since), validation, start)
             total = 0.0
             log.info("step %d of %d: training error %.2e, validation %.2e", step, steps, history.train[-1], validation)
             if validation < best:

@@ -17,7 +17,7 @@ import xarray as xr
 
 from rom.datasets.splits import carve_validation
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import STORED, Network, as_tensor, largest_power
+from rom.metamodels.networks.network import STORED, Network, as_tensor, largest_power, one_thread
 from rom.metamodels.pod import pod_of
 from rom.scenes import CaseArrays, Scene, StaticPointForces
 
@@ -116,7 +116,7 @@ class Transformer(Network):
 
         # a force may come often in a block, and answers for one node are alike: each is asked once
         node, inverse = np.unique(cases.node, return_inverse=True)
-        with torch.inference_mode():
+        with one_thread(), torch.inference_mode():
             unit = self._module(self._tokens[torch.from_numpy(node)], self._memory).numpy()
         coefficients = np.einsum("cf,cfr->cr", cases.force, unit[inverse.reshape(cases.node.shape)])
         return combine(coefficients, self._basis.rows(outputs), out)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import math
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -124,14 +125,15 @@ def learn_trunk(trunk: nn.Module, sketch: Sketch, steps: int,
             error = left()
         tail = float(error[held].pow(TAIL).mean()) ** (0.5 / TAIL)
         values = [math.sqrt(float(error[part].mean())) for part in (sketch.learned, held)]
-        history.step.append(step)
-        history.train.append(values[0])
-        history.validation.append(values[1])
+        history.look(step, values[0], values[1], start)
         log.info("step %d of %d: training error %.2e, validation %.2e", step, steps, *values)
         return tail
 
+    start = time.perf_counter()
     state = _resume(trunk, checkpoint) if checkpoint else None
-    if state is None:
+    if state is not None:
+        start -= state.history.seconds[-1]
+    else:
         state = _State(trunk)
         state.best_tail = look(state.history, 0)
     optimizer = begin()
