@@ -25,7 +25,8 @@ from rom.datasets.reduced import ReducedField
 from rom.datasets.schema import SPLIT_FLAGS
 from rom.datasets.whole import find_whole
 from rom.metamodels import load
-from rom.metamodels.networks.weights import train_network, weights_path
+from rom.metamodels.networks.sizes import weights_path
+from rom.metamodels.networks.weights import train_network
 from rom.provenance import source_digest
 from rom.scenes import Scene, get_scene
 

@@ -18,6 +18,7 @@ from rom.datasets import SPLITS, read_dataset, select
 from rom.datasets.storage import open_netcdf
 from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels import METHODS, Metamodel, create, load, metamodel_class
+from rom.metamodels.networks.sizes import weights_path
 from rom.provenance import source_digest, versions
 from rom.scenes import Scene, get_scene
 
@@ -214,8 +215,6 @@ def model_path(scene: Scene, method: str, settings: dict[str, Any], truth_key: s
 
 def weights_digest(method: str, size: str, split: str) -> str:
     """sha256 of the trained weights that come with the toolkit, and of what evaluates them."""
-    from rom.metamodels.networks.weights import weights_path
-
     found = hashlib.sha256(weights_path(method, size, split).read_bytes()).hexdigest()
     return found + source_digest("metamodels/networks", "metamodels/basis.py")
 

@@ -134,8 +134,10 @@ NOT_APPLICABLE: dict[str, dict[str, str]] = {
         **dict.fromkeys(("modal", "modal-static", "modal-krylov"),
                         "natural modes belong to a linear system about one state; here contact opens and closes, the "
                         "skin sticks and slips, and fibres stiffen a hundredfold"),
+        "lookup-table": "a path has a history: what is tabulated there are whole paths, by `interpolation`",
         "transformer": "is the published network for several static forces on the linear fingertip",
         "mlp-residual": "has no linear static correction whose rest it could learn",
+        "pole-network": "contact has no poles",
     },
 }
 

@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from rom.comparison.entries import Truth, is_network, model_path, seeded
-from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES
+from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, TRAINED, constructor_settings
 from rom.comparison.side_by_side import CASES, QUICK_CASES, SEED, beyond_count, find_truth, truth_path
 from rom.datasets.splits import SPLITS
 from rom.errors import SchemaError
 from rom.fingertip import Fingertip
 from rom.metamodels import METHODS, Metamodel, create, load, metamodel_class
+from rom.metamodels.networks.sizes import weights_path
 from rom.scenes import HarmonicPointForce, Scene, StaticPointForces, get_scene
 
 log = logging.getLogger(__name__)
@@ -113,8 +114,22 @@ class Models:
         for scene in (self.static, self.harmonic):
             for method, curve in (QUICK_CURVES if self.quick else CURVES)[scene.name].items():
                 if method not in SOLVED and method not in MODAL:
-                    found[method, scene.harmonic] = self._source(scene, method, curve.settings[curve.headline])
+                    settings = curve.settings[curve.headline]
+                    found[method, scene.harmonic] = (
+                        self._trained(scene, method, settings) if TRAINED in settings
+                        else self._source(scene, method, settings))
         return found
+
+    def _trained(self, scene: Scene, method: str, settings: dict[str, Any]) -> Source:
+        """The weights that come with the toolkit where they are of this mesh; else a fit to the comparison's cases."""
+        path = weights_path(method, settings[TRAINED], SPLITS[0])
+        settings = constructor_settings(method, settings)
+        if path.exists() and _torch_is_there():
+            from rom.metamodels.networks.files import read_attributes
+
+            if read_attributes(path)["scene_hash"] == scene.content_hash:
+                return Source(scene, method, settings, path)
+        return self._source(scene, method, settings)
 
     def _source(self, scene: Scene, method: str, settings: dict[str, Any]) -> Source:
         cases = self._cases

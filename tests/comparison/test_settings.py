@@ -2,7 +2,7 @@
 
 import pytest
 
-from rom.comparison.settings import COMPARED, CURVES, NOT_APPLICABLE, QUICK_CURVES, label
+from rom.comparison.settings import COMPARED, CURVES, NOT_APPLICABLE, QUICK_CURVES, constructor_settings, label
 from rom.comparison.side_by_side import chosen_curves, compare
 from rom.metamodels import METHODS, applicable, create
 from rom.metamodels.registry import CONTACT_METHODS
@@ -23,7 +23,7 @@ def test_settings_exist_and_labels_differ(curves, name, small_tip):
     scene = get_scene(name, rays=24, layers=3) if name in CONTACT_SCENES else get_scene(name, small_tip)
     for method, curve in curves[name].items():
         for settings in curve.settings:
-            create(method, scene, **settings)  # refuses what it does not know
+            create(method, scene, **constructor_settings(method, settings))  # refuses what it does not know
         assert -len(curve.settings) <= curve.headline < len(curve.settings)
         labels = [label(method, settings) for settings in curve.settings]
         assert len(set(labels)) == len(labels)

@@ -280,16 +280,19 @@ class SeparableNetwork(Network):
         self._file_arrays = {
             "basis": (rows / size).astype(kind), "basis_size": size, "heads": (heads / heads_size).astype(kind),
             "heads_size": heads_size, "mix": mix, "eigenvalue": self._eigenvalue, "participation": self._participation}
-        self._take_arrays(self._file_arrays)
+        self._hold(self._file_arrays, self._static)
         self._keep(trunk)
 
     def _arrays(self) -> dict[str, np.ndarray]:
         return self._file_arrays
 
     def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
-        self._file_arrays = {name: array for name, array in arrays.items() if not name.startswith(WEIGHT)}
         # static responses are solved for again, at the price of one factorization: a file holds what was learned
-        rows = np.concatenate([arrays["basis"] * arrays["basis_size"], self._static_rows()])
+        self._hold(arrays, self._static_rows())
+
+    def _hold(self, arrays: dict[str, np.ndarray], static: np.ndarray) -> None:
+        self._file_arrays = {name: array for name, array in arrays.items() if not name.startswith(WEIGHT)}
+        rows = np.concatenate([arrays["basis"] * arrays["basis_size"], static])
         self._basis = Basis(rows, self.scene.pad_rows, self.settings["precision"])
         self._heads = (arrays["heads"] * arrays["heads_size"]).astype(np.float32)
         self._mix, self._n_field = arrays["mix"], arrays["heads"].shape[2]

@@ -1,9 +1,16 @@
-"""Three sizes of every network, for curves of error against size; the last are the defaults of their classes."""
+"""Three sizes of every network, for curves of error against size, and where trained weights of them lie.
+
+The last size has the defaults of its class.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+from rom.provenance import PACKAGE
+
+FOLDER = PACKAGE.parent / "data" / "weights"
 SIZES: dict[str, dict[str, dict[str, Any]]] = {
     "transformer": {"small": {"width": 32, "heads": 2}, "medium": {"width": 48}, "large": {}},
     "mlp": {"small": {"rank": 200, "terms": 16, "width": 32, "steps": 200},
@@ -26,3 +33,9 @@ def settings_of_size(method: str, size: str) -> dict[str, Any]:
     if size not in SIZES[method]:
         raise ValueError(f"{size!r} is no size of {method}: choose from {', '.join(SIZES[method])}")
     return dict(SIZES[method][size])
+
+
+def weights_path(method: str, size: str = "large", split: str = "published") -> Path:
+    """Where trained weights lie, if they come with the toolkit; ValueError for a method or size that does not exist."""
+    settings_of_size(method, size)
+    return FOLDER / f"{method}-{size}-{split}.safetensors"

@@ -19,18 +19,9 @@ from rom.datasets.storage import is_reduced, open_netcdf
 from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.network import Network
-from rom.metamodels.networks.sizes import SIZES, settings_of_size
+from rom.metamodels.networks.sizes import SIZES, settings_of_size, weights_path
 from rom.metamodels.registry import create, load
-from rom.provenance import PACKAGE
 from rom.scenes import Scene, scene_from_json
-
-FOLDER = PACKAGE.parent / "data" / "weights"
-
-
-def weights_path(method: str, size: str = "large", split: str = "published") -> Path:
-    """Where trained weights lie, if they come with the toolkit; ValueError for a method or size that does not exist."""
-    settings_of_size(method, size)
-    return FOLDER / f"{method}-{size}-{split}.safetensors"
 
 
 def trained_network(method: str, scene: Scene, size: str = "large", split: str = "published",

@@ -17,8 +17,9 @@ from rom.comparison.side_by_side import SEED as COMPARED_SEED
 from rom.datasets import SPLITS, draw_combinations, solve_cases
 from rom.datasets.splits import held_out_numbers
 from rom.errors import NoWeightsError, SchemaError
-from rom.metamodels.networks import weights
-from rom.metamodels.networks.weights import available, trained_network, weights_path
+from rom.metamodels.networks import sizes
+from rom.metamodels.networks.sizes import weights_path
+from rom.metamodels.networks.weights import available, trained_network
 from rom.scenes import CaseArrays, get_scene
 from rom.scenes.harmonic_point_force import AMPLITUDE, FREQUENCY, LOSS_FACTOR
 
@@ -93,7 +94,7 @@ def test_weights_for_other_meshes_splits_and_sizes_are_refused(tiny_harmonic, ha
     with pytest.raises(ValueError, match="no size of mlp"):
         weights_path("mlp", "huge")
     whole = weights_path("pole-network", "small").read_bytes()
-    monkeypatch.setattr(weights, "FOLDER", tmp_path)
+    monkeypatch.setattr(sizes, "FOLDER", tmp_path)
     with pytest.raises(NoWeightsError, match="train them with"):
         trained_network("pole-network", harmonic_scene, "small")
     (tmp_path / "pole-network-small-published.safetensors").write_bytes(whole[:-1000])
