@@ -8,6 +8,7 @@ forces for `transformer`. Then learning curves: the same networks from fewer cas
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from rom.comparison.full_scale.network_errors import network_errors
 from rom.comparison.full_scale.static import additive_errors
 from rom.comparison.side_by_side import SEED
 from rom.datasets import draw_combinations, make_dataset, unit_responses
-from rom.datasets.reduced import ReducedField
+from rom.datasets.reduced import ReducedField, open_dataset
 from rom.datasets.schema import SPLIT_FLAGS
 from rom.datasets.whole import find_whole
 from rom.metamodels import load
@@ -45,7 +46,7 @@ QUICK: dict[str, dict[str, Any]] = {
     "pole-network": {"rank": 20, "poles": 6, "steps": 2}, "transformer": {"width": 16, "heads": 2, "steps": 20}}
 QUICK_COUNTS, QUICK_STATIC = (300, 1_500), (30, 90)
 MOST_LOOKS = 700
-HELD_OUT = 100_000
+HELD_OUT, READS = 100_000, 200
 
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
@@ -96,10 +97,23 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "long_name": "largest residual of any case of the grid", **one}),
         "grid_confirmed": ((), float(field.data.attrs["confirmed_error_max"]), {
             "long_name": "largest error against direct solves", **one}),
+        "grid_read_seconds": ("read", read_seconds(grid), {"long_name": "reading one case back", "units": "s"}),
         "grid_bytes": ((), Path(grid).stat().st_size, {"long_name": "size of the grid's file", "units": "byte"}),
     }, coords={"method": names}, attrs={
         "mesh": script.spoken(tip), "sizes": json.dumps(SIZE), "n_cases": len(field),
         "n_confirmed": field.data.sizes["confirmed"], "seed": SEED})
+
+
+def read_seconds(grid: Path) -> np.ndarray:
+    """(n,) ndarray [s]: one random case after another, read as a whole field on all nodes."""
+    with open_dataset(grid, chunks=None) as data:
+        cases = np.random.default_rng(0).integers(data.sizes["case"], size=READS)
+        seconds = np.empty(READS)
+        for k, case in enumerate(cases.tolist()):
+            start = time.perf_counter()
+            _ = data["displacement"][case].values
+            seconds[k] = time.perf_counter() - start
+    return seconds
 
 
 def find_static(scene: Scene, count: int, progress: script.Progress) -> Path:

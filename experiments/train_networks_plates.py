@@ -26,7 +26,9 @@ def findings(results: xr.Dataset) -> list[str]:
         f"{words.seconds(float(results['grid_seconds']))} to make and check and "
         f"{words.size(float(results['grid_bytes']))} to store; its largest residual is "
         f"{words.error(float(results['grid_residual']))}, and {int(results.attrs['n_confirmed'])} direct solves differ "
-        f"by at most {words.error(float(results['grid_confirmed']))}."]
+        f"by at most {words.error(float(results['grid_confirmed']))}. One case is read back in "
+        f"{words.seconds(float(np.median(results['grid_read_seconds'])))} (median of "
+        f"{results.sizes['read']} random ones)."]
 
 
 def tables(results: xr.Dataset) -> list[str]:

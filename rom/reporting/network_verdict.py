@@ -115,8 +115,8 @@ def _precision(found: Results, methods: list[str]) -> Iterator[str]:
         twin = [i for i in found.entries(method) if found.setting(i) == f"{found.setting(single)} precision=float64"]
         if twin:
             errors, slower = found.errors(found.splits[0]), found.online[twin[0]] / found.online[single]
-            texts.append(f"{method} takes {words.ratio(slower)} as long, off by {words.error(errors[twin[0]])} instead of "
-                         f"{words.error(errors[single])}")
+            texts.append(f"{method} takes {words.ratio(slower)} as long, off by {words.error(errors[twin[0]])} instead "
+                         f"of {words.error(errors[single])}")
     if texts:
         yield f"Fields in double instead of single precision: {'; '.join(texts)}."
 
