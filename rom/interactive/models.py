@@ -199,6 +199,9 @@ class Models:
             missing = [source for (_, harmonic), source in self.sources.items()
                        if harmonic == scene.harmonic and metamodel_class(source.method).learns
                        and not source.path.exists() and (not is_network(source.method) or _torch_is_there())]
+            for source in self.sources.values():  # a table of responses, say, which needs no snapshots
+                if source.scene is scene and not metamodel_class(source.method).learns and not source.path.exists():
+                    self._read(source)
             if missing:
                 truth = find_truth(scene, self._cases, beyond_count(self._cases), SEED, progress)
                 self._fit_to(truth, missing, progress)
