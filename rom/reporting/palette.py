@@ -22,7 +22,7 @@ STYLES: dict[str, Style] = {
     "modal": Style("#CC6677", "v"),
     "modal-static": Style("#882255", "^"),
     "modal-krylov": Style("#332288", "o"),
-    "lookup-table": Style("#0072B2", "d"),
+    "lookup-table": Style("#0072B2", "8"),
     "pod-galerkin": Style("#117733", "P"),
     "pod-regression": Style("#44AA99", "p"),
     "transformer": Style("#E69F00", "*"),
@@ -31,7 +31,7 @@ STYLES: dict[str, Style] = {
     "pole-network": Style("#661100", "H"),
     "interpolation": Style("#B58900", "d"),
 }
-OTHERS = (Style("#6699CC", "8"), Style("#0072B2", "1"))
+OTHERS = (Style("#6699CC", "1"), Style("#7F3C8D", "2"))
 
 
 def style(method: str) -> Style:

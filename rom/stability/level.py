@@ -25,6 +25,7 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}, "pod-regression": {"rank": 40},
         "mlp": {"terms": 8, "width": 16, "steps": 3},
         "mlp-residual": {"modes": 10, "rank": 16, "width": 16, "steps": 3},
+        "lookup-table": {"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},
         "pole-network": {"poles": 10, "rank": 40, "steps": 3}},
     PATCH: {
         "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
