@@ -23,8 +23,9 @@ from rom.provenance import source_digest
 from rom.scenes import Scene
 from rom.scenes.harmonic_point_force import FREQUENCY, FREQUENCY_BEYOND, LOSS_FACTOR, LOSS_FACTOR_BEYOND
 
-SAMPLE = 8192
-"""Cases, drawn at random, that stand for all where each answer has to be put together as a whole field."""
+SAMPLE, BEYOND = 3072, 1024
+"""Cases within and beyond the ranges, drawn at random, that stand for all where each answer has to be put together as a
+whole field."""
 BLOCK = 128
 REGIONS = ("within training", "unseen node", "unseen frequency band", "301-400 Hz", "loss factor 0.05",
            "loss factor 0.6")
@@ -84,8 +85,10 @@ def _errors(entry: Entry, split: str, field: ReducedField, cases: np.ndarray, ke
     """Cases that were evaluated and their errors, found again where model and truth are the same."""
     model = entry.models[split]
     fast = entry.trained
-    if not fast and len(cases) > SAMPLE:
-        cases = np.sort(np.random.default_rng(7).choice(cases, SAMPLE, replace=False))
+    if not fast:
+        rng, beyond = np.random.default_rng(7), _regions(field)[cases] >= 3
+        cases = np.sort(np.concatenate([rng.choice(part, min(most, len(part)), replace=False) for part, most in (
+            (cases[~beyond], SAMPLE), (cases[beyond], BEYOND))]))
     path = cached_path("errors", {"model": entry.keys[split], "whole": key, "split": split, "n": len(cases),
                                   "source": source_digest("comparison/errors.py", "comparison/full_scale")})
     if path.exists():

@@ -47,9 +47,11 @@ def network_errors(model: SeparableNetwork, field: ReducedField, cases: np.ndarr
         whole = np.block([[gram, cross.T], [cross, own @ own.T]])
         modal, vectors = field.coefficients(cases[here])
         answer, static = model.coefficients(arrays_of(field, cases[here]))
-        truth = np.concatenate([np.zeros_like(answer), modal, np.zeros_like(static), vectors], axis=1)
-        error = np.concatenate([answer, np.zeros_like(modal), static, np.zeros_like(vectors)], axis=1) - truth
-        out[here] = np.sqrt(_quadratic(error, whole) / _quadratic(truth, whole))
+        error = np.concatenate([answer, -modal, static, -vectors], axis=1)
+        widths = [part.shape[1] for part in (answer, modal, static, vectors)]
+        true = np.repeat([False, True, False, True], widths)
+        size = _quadratic(error[:, true], whole[np.ix_(true, true)])
+        out[here] = np.sqrt(_quadratic(error, whole) / size)
     return out
 
 
