@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import xarray as xr
 
@@ -19,7 +21,7 @@ def findings(results: xr.Dataset) -> list[str]:
     seconds = words.listed([f"{m} {words.seconds(t)}" for m, t in zip(names, results["seconds"].values[:, -1],
                                                                     strict=True)])
     return [
-        f"From all cases the largest held-out errors are: {most}.",
+        f"From all cases the largest held-out errors are: {most} (learning curves: {_sizes(results)}).",
         f"How errors fall with the number of cases: {'; '.join(fewer)}.",
         f"Training on one thread takes: {seconds}.",
         f"The whole grid of {int(results.attrs['n_cases']):,} harmonic cases takes "
@@ -44,6 +46,13 @@ def tables(results: xr.Dataset) -> list[str]:
                               html.cell(words.error(results["error_median"].values[i, k])),
                               html.cell(words.seconds(results["seconds"].values[i, k]))]))
     return [html.table("Learning curves: every held-out case was judged.", head, rows)]
+
+
+def _sizes(results: xr.Dataset) -> str:
+    """Size of each network, with the settings that shorten its training."""
+    sizes, settings = (json.loads(results.attrs[name]) for name in ("sizes", "settings"))
+    return ", ".join(" ".join([method, size, *(f"{k}={v}" for k, v in settings.get(method, {}).items())])
+                     for method, size in sizes.items())
 
 
 def draw(results: xr.Dataset) -> list[Plate]:
@@ -77,5 +86,6 @@ def draw(results: xr.Dataset) -> list[Plate]:
     return [Plate("learning-curves.png", figure,
                   "Left: error against the number of training cases, judged on every held-out case. Right: validation "
                   "error while training; harmonic networks are validated on random combinations of their outputs, with "
-                  "the output layer at its optimum.",
+                  "the output layer at its optimum. Sizes, and steps where they are fewer than the committed weights "
+                  f"took: {_sizes(results)}.",
                   "Learning curves of four networks: error against cases and against training time.")]

@@ -24,7 +24,8 @@ from rom.reporting.results import DIRECT, SOLVERS, Results
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
+HIGHEST = 100.0
+"""Errors above stand here, so that one hopeless extrapolation does not take the axis from all others."""
 
 
 def work_precision(found: Results) -> Plate:
@@ -42,7 +43,8 @@ def work_precision(found: Results) -> Plate:
                  "Work-precision diagram. Each point is a method at one setting; filled points joined by a line are "
                  "its best trade-offs, pale ones are settings that another of its own beats, a ring marks the headline "
                  "setting. Left is faster, low is more accurate. Errors are over all degrees of freedom, the largest "
-                 "over the held-out cases. A solver of the full model with an arrow is more accurate than drawn.",
+                 "over the held-out cases. A solver of the full model with an arrow is more accurate than drawn; "
+                 "errors above 10,000 % stand at that level.",
                  "Scatter of largest held-out error against online time for each method, one panel for each split.")
 
 
@@ -73,7 +75,7 @@ def work_precision_elsewhere(found: Results) -> Plate | None:
 def _panel(axes: Axes, found: Results, times: np.ndarray, errors: np.ndarray, lowest: float) -> None:
     errors = drawable(errors)
     below = np.isfinite(errors) & (errors < lowest)
-    errors = np.where(below, lowest, errors)
+    errors = np.minimum(np.where(below, lowest, errors), HIGHEST)
     axes.set_xscale("log")
     axes.set_yscale("log")
     for method in found.methods:
