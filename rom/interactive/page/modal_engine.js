@@ -12,7 +12,8 @@ const NAMES = {
   direct: "factorise and solve", "direct-reused": "the factor kept", "coarse-fem": "a coarser mesh",
   superposition: "unit loads added up", modal: "natural modes", "modal-static": "modes plus residual flexibility",
   "pod-galerkin": "projection on snapshots", "pod-regression": "regression on snapshots", transformer: "a network",
-  mlp: "a network", "mlp-residual": "a network",
+  mlp: "a network", "mlp-residual": "a network", "pole-network": "a network",
+  "lookup-table": "stored responses, interpolated",
 };
 const FRF_POINTS = 150;
 const HIGHEST_HZ = 300;
