@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -45,6 +46,12 @@ def test_weights_say_where_they_come_from(whole, tiny_harmonic, tmp_path, capsys
 def test_refusals(whole, tmp_path, capsys, method, output, options, reason):
     assert main(["train", method, str(whole), "--output", str(tmp_path / output), *options]) == 2
     assert reason in capsys.readouterr().err
+
+
+def test_load_paths_are_refused(tmp_path, capsys):
+    paths = Path(__file__).parents[2] / "data" / "finger-on-glass-small.nc"
+    assert main(["train", "mlp", str(paths), "--output", str(tmp_path / "a.safetensors")]) == 2
+    assert "holds load paths of finger-on-glass" in capsys.readouterr().err
 
 
 def test_static_cases_train_the_transformer(static, tmp_path, monkeypatch, capsys):

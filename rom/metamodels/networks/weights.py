@@ -21,7 +21,7 @@ from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.network import Network
 from rom.metamodels.networks.sizes import SIZES, settings_of_size, weights_path
 from rom.metamodels.registry import create, load
-from rom.scenes import Scene, scene_from_json
+from rom.scenes import CONTACT_SCENES, Scene, scene_from_json
 
 
 def trained_network(method: str, scene: Scene, size: str = "large", split: str = "published",
@@ -101,6 +101,9 @@ def train_network(method: str, dataset: str | Path, output: str | Path, *, size:
         if "scene_parameters" not in data.attrs or "split_published" not in data:
             raise SchemaError(f"{dataset} is no dataset with splits: make one with `rom dataset`")
         scene = scene_from_json(data.attrs["scene_parameters"])
+        if scene.name in CONTACT_SCENES:
+            raise ValueError(f"{dataset} holds load paths of {scene.name}: networks of the linear scenes learn from "
+                             "cases; its own network is fitted by `rom compare`")
         split_seed = json.loads(data.attrs["recipe"])["seed"]
         learned, reduced = select(data, split, "train"), is_reduced(data)
         shared = "solve_seconds" in data
