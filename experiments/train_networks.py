@@ -21,7 +21,8 @@ from rom.cache import cached_path
 from rom.comparison.full_scale.network_errors import network_errors
 from rom.comparison.full_scale.static import additive_errors
 from rom.comparison.side_by_side import SEED
-from rom.datasets import draw_combinations, make_dataset, unit_responses
+from rom.datasets import make_dataset, unit_responses
+from rom.datasets.combinations import held_out_combinations
 from rom.datasets.reduced import ReducedField, open_dataset
 from rom.datasets.schema import SPLIT_FLAGS
 from rom.datasets.whole import find_whole
@@ -47,7 +48,7 @@ QUICK: dict[str, dict[str, Any]] = {
     "pole-network": {"rank": 20, "poles": 6, "steps": 2}, "transformer": {"width": 16, "heads": 2, "steps": 20}}
 QUICK_COUNTS, QUICK_STATIC = (300, 1_500), (30, 90)
 MOST_LOOKS = 700
-HELD_OUT, READS = 100_000, 200
+READS = 200
 
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
@@ -66,7 +67,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     look = np.full((3, len(names), MOST_LOOKS), np.nan)
     learned = np.zeros((len(names), len(counts)), dtype=int)
     responses = unit_responses(static)
-    _, combinations = draw_combinations(static, 0, SEED, min(HELD_OUT, round(0.2 * (static.n_published or 0))))
+    combinations = held_out_combinations(static, SEED)
     rows = [(i, k) for i in range(len(names)) for k in range(len(counts))]
     for i, k in progress(rows, "learning curves"):
         method = names[i]

@@ -29,8 +29,8 @@ SINGLE, DOUBLE = {"precision": "float32"}, {"precision": "float64"}
 TRAINED = "trained"
 """A setting of networks alone: the size whose weights come with the toolkit, trained on the whole published set.
 Without it a network learns from the comparison's own snapshots, as all other learners do."""
-BY_SIZE = (*_each(TRAINED, "small", "medium", "large"), {TRAINED: "large", **DOUBLE}, {})
 LARGE = {TRAINED: "large"}
+BY_SIZE = (*_each(TRAINED, "small", "medium"), LARGE, {**LARGE, **DOUBLE}, {})
 OTHER_REGRESSORS = ("knn", "gp", "extra-trees")
 
 CURVES: dict[str, dict[str, Curve]] = {

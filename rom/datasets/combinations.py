@@ -55,6 +55,11 @@ def draw_combinations(scene: Scene, count: int, seed: int = 0, held_out: int = H
     return _with_forces(scene, train, [seed, 33]), _with_forces(scene, held[:held_out], [seed, 34])
 
 
+def held_out_combinations(scene: Scene, seed: int = 0) -> CaseArrays:
+    """The first :data:`HELD_OUT` held-out cases, or all where there are fewer; see :func:`draw_combinations`."""
+    return draw_combinations(scene, 0, seed, min(HELD_OUT, len(held_out_numbers(scene.n_published or 0, seed))))[1]
+
+
 def _with_forces(scene: Scene, number: np.ndarray, seed: list[int]) -> CaseArrays:
     nodes = combination(number, scene.n_pad, scene.max_forces)
     force = np.random.default_rng(seed).uniform(*AMPLITUDE, size=nodes.shape)

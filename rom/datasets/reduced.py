@@ -22,6 +22,7 @@ from xarray.core import indexing
 from rom.datasets.schema import check_schema
 from rom.datasets.storage import is_reduced, open_netcdf
 from rom.errors import SchemaError
+from rom.scenes import CaseArrays
 
 SMALL = ("mode_shape", "eigenvalue", "participation", "own_theta", "own_share", "free_dof", "load_of_case")
 SHAPES = (*SMALL, "own_shape")
@@ -78,6 +79,11 @@ class ReducedField:
     def __len__(self) -> int:
         """Number of cases."""
         return len(self.load)
+
+    def arrays(self, cases) -> CaseArrays:
+        """The inputs of the cases (k,)."""
+        return CaseArrays(self.load[cases, None], self.force[cases, None], np.sqrt(self.inertia[cases]) / (2 * np.pi),
+                          self.stiffness[cases].imag)
 
     def own_shapes(self, load: int) -> np.ndarray:
         """(p, n_free) ndarray: the shapes of one load alone; the last load's are kept."""

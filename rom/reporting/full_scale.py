@@ -17,9 +17,7 @@ MILLIMETRES = 1e3
 
 def networks(found: Results) -> list[str]:
     """Methods whose headline has weights that were trained on the whole published set."""
-    if "full_scale_max" not in found.data:
-        return []
-    return [method for method in found.methods if "trained=" in found.setting(found.headline(method))]
+    return [method for method in found.methods if learned_cases(found, method)]
 
 
 def population(found: Results) -> list[str]:
@@ -168,8 +166,6 @@ def fewer_snapshots(found: Results) -> Plate | None:
 
 def learned_cases(found: Results, method: str) -> int:
     """Cases from which the trained weights of a method's headline learned; 0 where it has none."""
-    if "learned_cases" not in found.data:
-        return 0
     value = found.per_entry("learned_cases")[found.headline(method)]
     return int(value) if np.isfinite(value) else 0
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from rom.comparison.entries import Entry
 from rom.comparison.errors import statistics
+from rom.comparison.held_out import SHARE
+from rom.datasets import SPLITS
 from rom.scenes import Scene
 
 MISSING = np.nan
@@ -36,13 +39,21 @@ class Table:
         self.statistics = np.full((3, n_entry, n_split), MISSING)
         self.largest = {name: np.full((n_entry, n_split, len(values)), MISSING) for name, values in by.items()}
 
-    def put(self, entry: int, split: int, error: np.ndarray, held_out: np.ndarray, keys: dict[str, np.ndarray]) -> None:
-        """Take in errors of cases; statistics are over those that are ``held_out`` within the published ranges."""
+    def put(self, entry: int, split: int, error: np.ndarray, held_out: np.ndarray,
+            keys: dict[str, tuple[np.ndarray, np.ndarray]]) -> None:
+        """Take in errors (n,) of cases.
+
+        Parameters
+        ----------
+        held_out : (n,) ndarray of bool
+            Cases within the published ranges that the statistics are over.
+        keys : dict
+            By dimension: which cases count there, as a mask or positions, and the value of each of those.
+        """
         self.count[entry, split] = int(held_out.sum())
         self.statistics[:, entry, split] = statistics(error[held_out])
-        for name, key in keys.items():
-            used = np.ones(len(error), dtype=bool) if name == "full_scale_region" else held_out
-            self.largest[name][entry, split] = largest_by(error[used], key[used], self.by[name])
+        for name, (cases, key) in keys.items():
+            self.largest[name][entry, split] = largest_by(error[cases], key, self.by[name])
 
     def variables(self) -> dict[str, tuple]:
         """Named, with units."""
@@ -57,6 +68,12 @@ class Table:
             found[f"by_{name}"] = (("entry", "split", name), values, {
                 "long_name": f"largest relative error by {name.removeprefix('full_scale_').replace('_', ' ')}", **one})
         return found
+
+
+def judged(entries: list[Entry]) -> list[tuple[int, int]]:
+    """Positions of the entries and splits that the whole population judges: trained weights, and every headline."""
+    return [(i, j) for i, entry in enumerate(entries) for j, split in enumerate(SPLITS)
+            if (entry.trained or entry.headline) and split in entry.models and entry.method not in SHARE]
 
 
 def pad_places(scene: Scene) -> dict[str, tuple]:

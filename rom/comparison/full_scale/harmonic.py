@@ -10,10 +10,9 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.comparison.entries import Entry
 from rom.comparison.errors import relative_errors
-from rom.comparison.full_scale.errors_by import Table, pad_places
-from rom.comparison.full_scale.network_errors import arrays_of, network_errors
+from rom.comparison.full_scale.errors_by import Table, judged, pad_places
+from rom.comparison.full_scale.network_errors import network_errors
 from rom.comparison.full_scale.peaks import peak_errors
-from rom.comparison.held_out import SHARE
 from rom.datasets import SPLITS
 from rom.datasets.reduced import ReducedField
 from rom.datasets.schema import SPLIT_FLAGS
@@ -49,18 +48,21 @@ def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> 
           "full_scale_loss_factor": np.sort(np.concatenate([LOSS_FACTOR, LOSS_FACTOR_BEYOND])),
           "pad_node": np.arange(scene.n_pad), "full_scale_region": np.arange(len(REGIONS))}
     table = Table(len(entries), len(SPLITS), by)
-    frequency, region = np.sqrt(field.inertia) / (2 * np.pi), _regions(field)
-    keys = {"full_scale_frequency": np.round(frequency), "full_scale_loss_factor": field.stiffness.imag,
-            "pad_node": field.load, "full_scale_region": region}
+    inputs, region = field.arrays(np.arange(len(field))), _regions(field)
+    keys = {"full_scale_frequency": np.round(inputs.frequency), "full_scale_loss_factor": inputs.loss_factor,
+            "pad_node": field.load}
     beyond = region >= 3
     tested = {split: field.data[f"split_{split}"].values == SPLIT_FLAGS["test"] for split in SPLITS}
-    rows = [(i, j) for i, entry in enumerate(entries) for j, split in enumerate(SPLITS)
-            if (entry.trained or entry.headline) and split in entry.models and entry.method not in SHARE]
-    for i, j in progress(rows, "whole grid, errors"):
+    for i, j in progress(judged(entries), "whole grid, errors"):
         entry, split = entries[i], SPLITS[j]
         cases = np.flatnonzero(tested[split] | beyond if entry.headline else tested[split] & ~beyond)
-        cases, error = _errors(entry, split, field, cases, path.stem)
-        table.put(i, j, error, (tested[split] & ~beyond)[cases], {name: key[cases] for name, key in keys.items()})
+        if not entry.trained:
+            cases = _sample(cases, beyond)
+        error = _errors(entry, split, field, cases, path.stem)
+        held_out = (tested[split] & ~beyond)[cases]
+        table.put(i, j, error, held_out, {
+            **{name: (held_out, key[cases[held_out]]) for name, key in keys.items()},
+            "full_scale_region": (np.arange(len(cases)), region[cases])})
     peaks = peak_errors(entries, scene, field, lambda items: progress(items, "peaks"))
     return xr.Dataset({**table.variables(), **peaks,
                        "full_scale_seconds": ((), float(field.data.attrs["offline_seconds"]), {
@@ -80,27 +82,28 @@ def _regions(field: ReducedField) -> np.ndarray:
     return region
 
 
-def _errors(entry: Entry, split: str, field: ReducedField, cases: np.ndarray, key: str
-            ) -> tuple[np.ndarray, np.ndarray]:
-    """Cases that were evaluated and their errors, found again where model and truth are the same."""
+def _sample(cases: np.ndarray, beyond: np.ndarray) -> np.ndarray:
+    """Some of the ``cases``, in order: at most :data:`SAMPLE` within the ranges and :data:`BEYOND` beyond them."""
+    rng, outside = np.random.default_rng(7), beyond[cases]
+    return np.sort(np.concatenate([rng.choice(part, min(most, len(part)), replace=False) for part, most in (
+        (cases[~outside], SAMPLE), (cases[outside], BEYOND))]))
+
+
+def _errors(entry: Entry, split: str, field: ReducedField, cases: np.ndarray, key: str) -> np.ndarray:
+    """Errors of the cases, found again where model and truth are the same."""
     model = entry.models[split]
-    fast = entry.trained
-    if not fast:
-        rng, beyond = np.random.default_rng(7), _regions(field)[cases] >= 3
-        cases = np.sort(np.concatenate([rng.choice(part, min(most, len(part)), replace=False) for part, most in (
-            (cases[~beyond], SAMPLE), (cases[beyond], BEYOND))]))
     path = cached_path("errors", {"model": entry.keys[split], "whole": key, "split": split, "n": len(cases),
                                   "source": source_digest("comparison/errors.py", "comparison/full_scale")})
     if path.exists():
-        return cases, read_netcdf(path)["error"].values
-    if fast:
+        return read_netcdf(path)["error"].values
+    if entry.trained:
         error = network_errors(model, field, cases)
     else:
         order = np.argsort(field.load[cases], kind="stable")  # a load's shapes are read once
         error = np.empty(len(cases))
         for start in range(0, len(order), BLOCK):
             part = order[start:start + BLOCK]
-            error[part] = relative_errors(model.evaluate(arrays_of(field, cases[part]), "field"),
+            error[part] = relative_errors(model.evaluate(field.arrays(cases[part]), "field"),
                                           field.fields(cases[part]))
     write_netcdf(xr.Dataset({"error": ("case", error)}), path)
-    return cases, error
+    return error

@@ -7,17 +7,13 @@ down to 1e-8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-
 import numpy as np
 
 from rom.datasets.reduced import ReducedField
 from rom.metamodels.networks.separable import SeparableNetwork
-from rom.scenes import CaseArrays
 
 
-def network_errors(model: SeparableNetwork, field: ReducedField, cases: np.ndarray | None = None,
-                 progress: Callable[[Iterable[int]], Iterable[int]] = iter) -> np.ndarray:
+def network_errors(model: SeparableNetwork, field: ReducedField, cases: np.ndarray) -> np.ndarray:
     """Relative errors ||u_hat - u|| / ||u|| over all free degrees of freedom.
 
     Parameters
@@ -26,27 +22,24 @@ def network_errors(model: SeparableNetwork, field: ReducedField, cases: np.ndarr
         Fitted, of the same mesh.
     field : ReducedField
         The stored grid.
-    cases : (k,) ndarray of int, optional
-        Positions in it; default: all.
-    progress : callable
-        Wraps the iteration over loads, to show a bar.
+    cases : (k,) ndarray of int
+        Positions in it.
 
     Returns
     -------
     (k,) ndarray
     """
-    cases = np.arange(len(field)) if cases is None else np.asarray(cases)
     shared = np.concatenate([model.shared_rows.astype(float), field.modes])
     gram = shared @ shared.T
     out = np.empty(len(cases))
     load = field.load[cases]
-    for node in progress(np.unique(load).tolist()):
+    for node in np.unique(load).tolist():
         here = np.flatnonzero(load == node)
         own = np.concatenate([model.own_rows(node).astype(float), field.own_shapes(node)])
         cross = own @ shared.T
         whole = np.block([[gram, cross.T], [cross, own @ own.T]])
         modal, vectors = field.coefficients(cases[here])
-        answer, static = model.coefficients(arrays_of(field, cases[here]))
+        answer, static = model.coefficients(field.arrays(cases[here]))
         error = np.concatenate([answer, -modal, static, -vectors], axis=1)
         widths = [part.shape[1] for part in (answer, modal, static, vectors)]
         true = np.repeat([False, True, False, True], widths)
@@ -58,9 +51,3 @@ def network_errors(model: SeparableNetwork, field: ReducedField, cases: np.ndarr
 def _quadratic(coefficients: np.ndarray, gram: np.ndarray) -> np.ndarray:
     """(k,) ndarray: c^H G c of each row; rounding below zero is zero."""
     return np.maximum(sum((part @ gram * part).sum(1) for part in (coefficients.real, coefficients.imag)), 0.0)
-
-
-def arrays_of(field: ReducedField, cases: np.ndarray) -> CaseArrays:
-    """The inputs of stored cases."""
-    return CaseArrays(field.load[cases, None], field.force[cases, None], np.sqrt(field.inertia[cases]) / (2 * np.pi),
-                      field.stiffness[cases].imag)

@@ -37,7 +37,7 @@ def peak_errors(entries: list[Entry], scene: Scene, field: ReducedField, progres
     """
     nodes = np.linspace(0, scene.n_pad - 1, NODES).astype(int)
     curves = [(node, loss) for node in nodes for loss in LOSS_FACTORS]
-    shapes = np.concatenate([field.modes[:, scene.pad_rows]])
+    shapes = field.modes[:, scene.pad_rows]
     truth = np.array([_true_response(field, scene, shapes, node, loss) for node, loss in curves])
     place, height, inside = highest_peak(truth)
     wrong = np.full((2, len(entries)), np.nan)

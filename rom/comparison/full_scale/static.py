@@ -10,19 +10,17 @@ import xarray as xr
 from rom.cache import cached_path
 from rom.comparison.entries import Entry
 from rom.comparison.errors import relative_errors
-from rom.comparison.full_scale.errors_by import Table, pad_places
-from rom.comparison.held_out import SHARE
-from rom.datasets import SPLITS, draw_combinations, superposed, unit_responses
+from rom.comparison.full_scale.errors_by import Table, judged, pad_places
+from rom.datasets import SPLITS, superposed, unit_responses
+from rom.datasets.combinations import held_out_combinations
 from rom.datasets.snapshots import concatenate
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.metamodels import Metamodel
 from rom.provenance import source_digest
 from rom.scenes import CaseArrays, Scene
 
-COUNT = 100_000
-"""Held-out combinations that networks answer."""
 SAMPLE = 4096
-"""The first of them, that all other methods answer."""
+"""The first held-out combinations: those that methods without trained weights answer."""
 BEYOND = 1024
 """Cases of four and five forces."""
 REGIONS = ("every node in training", "unseen node", "four or five forces")
@@ -40,7 +38,7 @@ def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> 
     progress : callable
         ``progress(items, title)`` shows a bar.
     """
-    _, within = draw_combinations(scene, 0, seed, min(COUNT, round(0.2 * (scene.n_published or 0))))
+    within = held_out_combinations(scene, seed)
     cases = concatenate(within, scene.sample_beyond(BEYOND, seed))
     forces = (cases.force != 0).sum(axis=1)
     # the hard split keeps nodes from training: any case that loads one is held out by it
@@ -49,9 +47,7 @@ def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> 
           "full_scale_region": np.arange(len(REGIONS))}
     table = Table(len(entries), len(SPLITS), by)
     responses = unit_responses(scene)
-    rows = [(i, j) for i, entry in enumerate(entries) for j, split in enumerate(SPLITS)
-            if (entry.trained or entry.headline) and split in entry.models and entry.method not in SHARE]
-    for i, j in progress(rows, "all combinations, errors"):
+    for i, j in progress(judged(entries), "all combinations, errors"):
         entry, split = entries[i], SPLITS[j]
         chosen = np.arange(len(cases))
         if not entry.trained:
@@ -59,19 +55,13 @@ def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> 
         error = _errors(entry, split, cases.take(chosen), responses)
         inside = forces[chosen] <= scene.max_forces
         held_out = inside if j == 0 else inside & (region[chosen] == 1)
-        table.put(i, j, error, held_out, {"number_of_forces": forces[chosen], "full_scale_region": region[chosen]})
-        table.largest["pad_node"][i, j] = _by_node(error[held_out], cases.take(chosen[held_out]), scene.n_pad)
-        for n in by["number_of_forces"][scene.max_forces:]:
-            table.largest["number_of_forces"][i, j, n - 1] = error[forces[chosen] == n].max()
+        counted = held_out | ~inside
+        # a case counts at every node that it loads
+        case, force = np.nonzero(cases.force[chosen] * held_out[:, None])
+        table.put(i, j, error, held_out, {
+            "number_of_forces": (counted, forces[chosen[counted]]), "pad_node": (case, cases.node[chosen[case], force]),
+            "full_scale_region": (np.arange(len(chosen)), region[chosen])})
     return xr.Dataset(table.variables(), coords={**by, "full_scale_region": list(REGIONS), **pad_places(scene)})
-
-
-def _by_node(error: np.ndarray, cases: CaseArrays, n_pad: int) -> np.ndarray:
-    """(n_pad,) ndarray: the largest error of any case that loads a node; NaN where none does."""
-    out = np.full(n_pad, -np.inf)
-    case, force = np.nonzero(cases.force)
-    np.maximum.at(out, cases.node[case, force], error[case])
-    return np.where(np.isfinite(out), out, np.nan)
 
 
 def _errors(entry: Entry, split: str, cases: CaseArrays, responses: np.ndarray) -> np.ndarray:

@@ -77,6 +77,7 @@ class Network(Metamodel):
         self.learned_from: dict[str, Any] = {}
         self._module: Any = None  # torch.nn.Module once fitted; torch is not imported here
         self._basis: Basis
+        self._file_arrays: dict[str, np.ndarray] = {}  # beside the weights, rounded as a file holds them
 
     @property
     def _module_bytes(self) -> int:
@@ -183,7 +184,7 @@ class Network(Metamodel):
 
     def _state(self) -> xr.Dataset:
         weights = {WEIGHT + name: tensor.numpy() for name, tensor in self._module.state_dict().items()}
-        return _dataset({"basis": self._basis.field, **self._arrays(), **weights})
+        return _dataset({**self._file_arrays, **weights})
 
     def _restore(self, data: xr.Dataset) -> None:
         import torch
@@ -203,13 +204,14 @@ class Network(Metamodel):
         """Take a trained module for answering."""
         self._module = module.eval()
 
-    def _arrays(self) -> dict[str, np.ndarray]:
-        """Arrays beside basis and weights that answering needs."""
-        return {}
-
+    @abstractmethod
     def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
-        """Take back what :meth:`_arrays` gave, and the basis."""
-        self._basis = Basis(arrays["basis"], self.scene.pad_rows, self.settings["precision"])
+        """Keep the arrays of a file, and make of them what answering needs."""
+
+    def _rounded(self, name: str, array: np.ndarray) -> dict[str, np.ndarray]:
+        """An array as a file holds it, in the precision of ``storage``, and the size of each of its rows."""
+        size = largest_power(array)
+        return {name: (array / size).astype(STORED[self.settings["storage"]]), f"{name}_size": size}
 
     @abstractmethod
     def _build(self, weights: dict[str, torch.Tensor]) -> torch.nn.Module:

@@ -24,7 +24,7 @@ from rom.datasets.schema import check_scene
 from rom.datasets.storage import open_netcdf
 from rom.fullorder.blas import blas_threads
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import STORED, WEIGHT, Network, largest_power, one_thread
+from rom.metamodels.networks.network import WEIGHT, Network, one_thread
 from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
 from rom.metamodels.networks.unit_answers import (
     AnswersInMemory,
@@ -105,8 +105,7 @@ class SeparableNetwork(Network):
         with open_netcdf(path) as data:
             check_scene(data, self.scene, str(path))
         field, cases = ReducedField(path), np.asarray(cases)
-        points = np.sqrt(field.inertia[cases]) / (2 * np.pi), field.stiffness[cases].imag
-        self.trained = TrainedRange.of(CaseArrays(field.load[cases, None], field.force[cases, None], *points))
+        self.trained = TrainedRange.of(field.arrays(cases))
         self.borrowed_seconds = 0.0
         self._solve_known()
         self._learn(AnswersOnDisk(self.scene, field, cases, self._known_shapes, self.settings["seed"]))
@@ -275,16 +274,9 @@ class SeparableNetwork(Network):
 
     def _take(self, trunk: torch.nn.Module, mix: np.ndarray, heads: np.ndarray, rows: np.ndarray) -> None:
         """Round what is learned as the file will hold it, and keep it for answering."""
-        kind = STORED[self.settings["storage"]]
-        size, heads_size = largest_power(rows), largest_power(heads)
-        self._file_arrays = {
-            "basis": (rows / size).astype(kind), "basis_size": size, "heads": (heads / heads_size).astype(kind),
-            "heads_size": heads_size, "mix": mix, "eigenvalue": self._eigenvalue, "participation": self._participation}
-        self._hold(self._file_arrays, self._static)
+        self._hold({**self._rounded("basis", rows), **self._rounded("heads", heads), "mix": mix,
+                    "eigenvalue": self._eigenvalue, "participation": self._participation}, self._static)
         self._keep(trunk)
-
-    def _arrays(self) -> dict[str, np.ndarray]:
-        return self._file_arrays
 
     def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
         # static responses are solved for again, at the price of one factorization: a file holds what was learned

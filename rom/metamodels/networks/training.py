@@ -19,6 +19,7 @@ from torch import Tensor, nn
 
 from rom.errors import SchemaError
 from rom.metamodels.networks.files import read_tensors, write_tensors
+from rom.metamodels.networks.network import one_thread
 
 log = logging.getLogger(__name__)
 
@@ -26,8 +27,6 @@ WARM_UP = 0.1
 """Share of the steps in which the learning rate rises."""
 CHECKS = 20
 """Looks at the validation part, evenly spread over the steps."""
-THREADS = 1
-"""The matrices are small: more threads gain little, and reorder sums where other work shares the cores."""
 
 Errors = Callable[[Tensor | None], Tensor]
 
@@ -60,14 +59,9 @@ class Checkpoint(NamedTuple):
 @contextmanager
 def reproducible(seed: int) -> Iterator[torch.Generator]:
     """Seed torch and fix its threads for a while; yield a generator of the same seed; put everything back."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(THREADS)
-    try:
-        with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(seed)
-            yield torch.Generator().manual_seed(seed)
-    finally:
-        torch.set_num_threads(threads)
+    with one_thread(), torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        yield torch.Generator().manual_seed(seed)
 
 
 def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Tensor], count: int, *, steps: int,
@@ -109,12 +103,12 @@ def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Ten
         numbers, arrays = kept
         first, best, history = numbers["step"] + 1, numbers["best"], History(**numbers["history"])
         start -= history.seconds[-1]
-        best_state = _part(arrays, "best.")
-        module.load_state_dict(_part(arrays, "now."))
+        best_state = part(arrays, "best.")
+        module.load_state_dict(part(arrays, "now."))
         queue = arrays["queue"]
         generator.set_state(arrays["generator"])
         state = optimizer.state_dict()
-        state["state"] = {k: _part(arrays, f"moments.{k}.") for k in range(len(list(module.parameters())))}
+        state["state"] = {k: part(arrays, f"moments.{k}.") for k in range(len(list(module.parameters())))}
         optimizer.load_state_dict(state)
     module.train()
     for step in progress(range(first, steps + 1)):
@@ -144,10 +138,10 @@ def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Ten
             if checkpoint and best_state is not None:
                 moments = optimizer.state_dict()["state"]
                 write_checkpoint(checkpoint, {"step": step, "best": best, "history": vars(history)}, {
-                    "queue": queue, "generator": generator.get_state(), **_prefixed("now.", module.state_dict()),
-                    **_prefixed("best.", best_state),
+                    "queue": queue, "generator": generator.get_state(), **prefixed("now.", module.state_dict()),
+                    **prefixed("best.", best_state),
                     **{name: value for k, parts in moments.items()
-                       for name, value in _prefixed(f"moments.{k}.", parts).items()}})
+                       for name, value in prefixed(f"moments.{k}.", parts).items()}})
     if best_state is None:
         raise ValueError(f"training diverged with learning_rate={learning_rate:g}: give a smaller one")
     module.load_state_dict(best_state)
@@ -178,11 +172,12 @@ def read_checkpoint(checkpoint: Checkpoint) -> tuple[dict[str, Any], dict[str, T
     return attributes, {name: torch.from_numpy(array) for name, array in arrays.items()}
 
 
-def _prefixed(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:
+def prefixed(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:
+    """The same tensors, ``prefix`` before their names."""
     return {prefix + name: tensor for name, tensor in tensors.items()}
 
 
-def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+def part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
     """Tensors whose names begin with ``prefix``, without it."""
     return {name.removeprefix(prefix): tensor for name, tensor in tensors.items() if name.startswith(prefix)}
 

@@ -17,7 +17,7 @@ import xarray as xr
 
 from rom.datasets.splits import carve_validation
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import STORED, Network, as_tensor, largest_power, one_thread
+from rom.metamodels.networks.network import Network, as_tensor, one_thread
 from rom.metamodels.pod import pod_of
 from rom.scenes import CaseArrays, Scene, StaticPointForces
 
@@ -76,8 +76,7 @@ class Transformer(Network):
         with reproducible(self.settings["seed"]) as generator:
             module = self._learn(superpose(loads[learned], coefficients[learned]),
                                  (loads[held], coefficients[held], size[held]), generator)
-        power = largest_power(vectors.T)
-        self._take_arrays({"basis": (vectors.T / power).astype(STORED[self.settings["storage"]]), "basis_size": power})
+        self._take_arrays(self._rounded("basis", vectors.T))
         self._keep(module)
 
     def _learn(self, superposed, validation, generator) -> Any:
@@ -122,9 +121,6 @@ class Transformer(Network):
         return combine(coefficients, self._basis.rows(outputs), out)
 
     # ---- module and files -----------------------------------------------------------------------------------
-
-    def _arrays(self) -> dict[str, np.ndarray]:
-        return self._file_arrays
 
     def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
         self._file_arrays = {name: arrays[name] for name in ("basis", "basis_size")}

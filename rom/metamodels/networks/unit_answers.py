@@ -147,9 +147,9 @@ class AnswersOnDisk(UnitAnswers):
 
     def of_node(self, node: int) -> NodeCases:
         cases = self._cases[self._positions[node]]
-        factor = self._field.stiffness[cases] / self._field.force[cases]
+        factor, arrays = self._field.stiffness[cases] / self._field.force[cases], self._field.arrays(cases)
         return NodeCases(
-            np.column_stack([np.sqrt(self._field.inertia[cases]) / (2 * np.pi), self._field.stiffness[cases].imag]),
+            np.column_stack([arrays.frequency, arrays.loss_factor]),
             self._field.project(self.vectors, cases) * factor[:, None],
             self._field.norms(cases) * np.abs(factor), self._positions[node])
 

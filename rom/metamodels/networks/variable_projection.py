@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
-from rom.metamodels.networks.training import Checkpoint, History, read_checkpoint, write_checkpoint
+from rom.metamodels.networks.training import Checkpoint, History, part, prefixed, read_checkpoint, write_checkpoint
 
 log = logging.getLogger(__name__)
 
@@ -190,10 +190,8 @@ NUMBERS = ("step", "power", "waited", "least", "best_tail")
 
 
 def _keep(trunk: nn.Module, state: _State, checkpoint: Checkpoint) -> None:
-    tensors = {f"now.{name}": value for name, value in trunk.state_dict().items()}
-    tensors |= {f"best.{name}": value for name, value in state.best.items()}
-    write_checkpoint(checkpoint, {**{name: getattr(state, name) for name in NUMBERS}, "history": vars(state.history)},
-                     tensors)
+    numbers = {**{name: getattr(state, name) for name in NUMBERS}, "history": vars(state.history)}
+    write_checkpoint(checkpoint, numbers, {**prefixed("now.", trunk.state_dict()), **prefixed("best.", state.best)})
 
 
 def _resume(trunk: nn.Module, checkpoint: Checkpoint) -> _State | None:
@@ -202,9 +200,9 @@ def _resume(trunk: nn.Module, checkpoint: Checkpoint) -> _State | None:
     if kept is None:
         return None
     attributes, weights = kept
-    trunk.load_state_dict({name[4:]: value for name, value in weights.items() if name.startswith("now.")})
+    trunk.load_state_dict(part(weights, "now."))
     state = _State(trunk)
-    state.best = {name[5:]: value for name, value in weights.items() if name.startswith("best.")}
+    state.best = part(weights, "best.")
     for name in NUMBERS:
         setattr(state, name, attributes[name])
     state.history = History(**attributes["history"])

@@ -19,7 +19,7 @@ from rom.datasets.storage import is_reduced, open_netcdf
 from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.network import Network
-from rom.metamodels.networks.sizes import SIZES, settings_of_size, weights_path
+from rom.metamodels.networks.sizes import settings_of_size, weights_path
 from rom.metamodels.registry import create, load
 from rom.scenes import CONTACT_SCENES, Scene, scene_from_json
 
@@ -106,31 +106,19 @@ def train_network(method: str, dataset: str | Path, output: str | Path, *, size:
                              "cases; its own network is fitted by `rom compare`")
         split_seed = json.loads(data.attrs["recipe"])["seed"]
         learned, reduced = select(data, split, "train"), is_reduced(data)
-        shared = "solve_seconds" in data
-        seconds = float(data["solve_seconds"].values[learned].sum()) if shared else 0.0
-    if cases is not None:
-        if not 2 <= cases <= len(learned):
-            raise ValueError(f"{cases} training cases cannot be drawn: the {split} split has {len(learned)}")
-        kept = np.sort(np.random.default_rng([seed, 36]).choice(learned, cases, replace=False))
-        learned, seconds = kept, seconds * cases / len(learned)
+        if cases is not None:
+            if not 2 <= cases <= len(learned):
+                raise ValueError(f"{cases} training cases cannot be drawn: the {split} split has {len(learned)}")
+            learned = np.sort(np.random.default_rng([seed, 36]).choice(learned, cases, replace=False))
+        seconds = float(data["solve_seconds"].values[learned].sum())
     model: Any = create(method, scene, **chosen)
     model.checkpoint = output.with_name(output.name + ".training")
     model.progress = progress
     model.learned_from = {"split": split, "split_seed": split_seed, "cases": len(learned), "seconds": seconds}
     if reduced:
-        if not hasattr(model, "fit_stored"):
-            raise ValueError(f"{method} learns from labelled cases, but {dataset} is stored reduced: make a dataset "
-                             f"with `rom dataset {scene.name} --cases N`")
         model.fit_stored(dataset, learned)
     else:
         model.fit(read_dataset(dataset, learned))
     model.save(output)
     model.checkpoint.unlink(missing_ok=True)
     return model
-
-
-def available() -> list[tuple[str, str, str]]:
-    """Method, size and split of all weights that come with the toolkit."""
-    found = [(method, size, split) for method, sizes in SIZES.items() for size in sizes
-             for split in ("published", "hard")]
-    return [row for row in found if weights_path(*row).exists()]

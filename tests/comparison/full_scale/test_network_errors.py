@@ -7,7 +7,7 @@ import pytest
 
 from rom.comparison.errors import relative_errors
 from rom.comparison.full_scale.errors_by import Table, largest_by
-from rom.comparison.full_scale.network_errors import arrays_of, network_errors
+from rom.comparison.full_scale.network_errors import network_errors
 from rom.comparison.full_scale.peaks import highest_peak
 from rom.comparison.full_scale.static import additive_errors
 from rom.datasets import draw_combinations, superposed, unit_responses
@@ -33,7 +33,7 @@ def test_errors_of_stored_cases_are_those_of_whole_fields(method, tiny_harmonic,
     model = create(method, tiny_harmonic, **SETTINGS[method]).fit_stored(
         stored, np.sort(rng.choice(tiny_harmonic.n_published, 1500, replace=False)))
     cases = rng.choice(len(field), 60, replace=False)
-    expected = relative_errors(model.evaluate(arrays_of(field, cases), "field"), field.fields(cases))
+    expected = relative_errors(model.evaluate(field.arrays(cases), "field"), field.fields(cases))
     assert expected.max() > 1e-4
     np.testing.assert_allclose(network_errors(model, field, cases), expected, rtol=2e-3)
 
@@ -70,7 +70,8 @@ def test_largest_errors_by_value():
 def test_a_table_keeps_statistics_of_held_out_cases_and_regions_of_all():
     table = Table(2, 2, {"pad_node": np.arange(3), "full_scale_region": np.arange(2)})
     table.put(1, 0, np.array([0.1, 0.3, 0.9]), np.array([True, True, False]),
-              {"pad_node": np.array([0, 2, 2]), "full_scale_region": np.array([0, 0, 1])})
+              {"pad_node": (np.array([True, True, False]), np.array([0, 2])),
+               "full_scale_region": (np.arange(3), np.array([0, 0, 1]))})
     found = table.variables()
     assert found["full_scale_count"][1][1, 0] == 2 and found["full_scale_max"][1][1, 0] == 0.3
     np.testing.assert_array_equal(found["by_pad_node"][1][1, 0], [0.1, np.nan, 0.3])
