@@ -1,0 +1,96 @@
+"""A body: a linear second-order model, and what methods may want of it beside the matrices."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from rom.bodies.grid import Grid
+from rom.fullorder import SecondOrderModel
+
+
+class Coarser(NamedTuple):
+    """The same body on another mesh."""
+
+    body: Body
+    prolongation: sp.csr_array
+    """(n, n of the other body): carries its displacements to this body by interpolation."""
+
+
+class Body:
+    """A linear body made from matrices; the fingertip is one by inheritance, with everything made when asked for.
+
+    Parameters
+    ----------
+    stiffness : (n, n) scipy sparse matrix [N/m]
+        Real symmetric.
+    mass : (n, n) scipy sparse matrix [kg], optional
+        Needed by everything that vibrates.
+    dof_names : (n,) sequence, optional
+        Labels of the degrees of freedom; default: 0, 1, 2 ...
+    grid : Grid, optional
+        Nodes and cells, where there are any: labels, pictures, files.
+    name : str
+        For titles and messages.
+    doubts : tuple of str
+        Why answers of this body are not to be trusted, whatever the method: such as locking.
+    **options
+        Of :class:`rom.fullorder.SecondOrderModel`: ``loss_stiffness``, ``backend``.
+
+    Raises
+    ------
+    ValueError
+        As :class:`rom.fullorder.SecondOrderModel`; for labels that are not one for each degree of freedom, or doubled.
+    """
+
+    def __init__(self, stiffness: Any, mass: Any = None, *, dof_names: Any = None, grid: Grid | None = None,
+                 name: str = "body", doubts: tuple[str, ...] = (), **options: Any) -> None:
+        self.__dict__.update(model=SecondOrderModel(stiffness, mass, **options), grid=grid, doubts=tuple(doubts))
+        self.name = name
+        names = np.arange(self.model.n) if dof_names is None else np.asarray(dof_names)
+        if names.shape != (self.model.n,) or len(np.unique(names)) != len(names):
+            raise ValueError(f"{len(names)} names, {len(np.unique(names))} of them different, were given for "
+                             f"{self.model.n} degrees of freedom: give each a name of its own")
+        self.dof_names: np.ndarray = names
+
+    # each may be overridden by a body that makes it when it is asked for
+
+    @cached_property
+    def model(self) -> SecondOrderModel:
+        """The full-order model."""
+        raise NotImplementedError
+
+    @cached_property
+    def grid(self) -> Grid | None:
+        """Nodes and cells, where there are any."""
+        return None
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Why answers of this body are not to be trusted, whatever the method."""
+        return ()
+
+    def coarser(self, scale: float) -> Coarser | None:
+        """The same body with ``scale`` times as many elements along each edge; None where there is no other mesh."""
+        return None
+
+    @cached_property
+    def content_hash(self) -> str:
+        """sha256 over everything that changes an answer: matrices, labels, grid."""
+        digest = hashlib.sha256()
+        model = self.model
+        for matrix in (model.stiffness, model._mass, model.loss_stiffness):
+            if matrix is None:
+                digest.update(b"none")
+            else:
+                canonical = sp.csr_array(matrix, copy=True)
+                canonical.sum_duplicates()
+                for array in (canonical.indptr.astype(np.int64), canonical.indices.astype(np.int64), canonical.data):
+                    digest.update(array.tobytes())
+        digest.update("\n".join(map(str, self.dof_names)).encode())
+        digest.update((self.grid.mesh_hash if self.grid is not None else "").encode())
+        return digest.hexdigest()
