@@ -8,6 +8,7 @@ the dissipation (omega / 2) u^H (eta K + L) u.
 
 from __future__ import annotations
 
+import copy
 import logging
 import math
 from collections.abc import Callable
@@ -91,6 +92,12 @@ class SecondOrderModel:
         self._dynamic_stiffness: DynamicStiffness | None = None
         self._harmonic: Factorization | None = None
         self._harmonic_case: tuple[float, float] | None = None
+
+    def afresh(self) -> SecondOrderModel:
+        """The same matrices with nothing factorised yet."""
+        other = copy.copy(self)
+        other._static = other._harmonic = other._harmonic_case = None
+        return other
 
     @property
     def n(self) -> int:
