@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.collagen.contact import Plate
-from rom.collagen.equilibrium import solve_step
-from rom.collagen.finger import Finger
-from rom.collagen.tissue import Tissue
 from rom.datasets.contact_schema import QUANTITIES, dataset_attributes, label_answers
 from rom.datasets.path_solutions import solve_path
+from rom.finger_on_glass.contact import Plate
+from rom.finger_on_glass.equilibrium import solve_step
+from rom.finger_on_glass.finger import Finger
+from rom.finger_on_glass.tissue import Tissue
 from rom.metamodels import load
 from rom.metamodels.contact.galerkin import ContactGalerkin
 from rom.metamodels.contact.hyper_reduction import (

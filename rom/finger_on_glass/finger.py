@@ -11,11 +11,11 @@ from functools import cached_property
 
 import numpy as np
 
-from rom.collagen.contact import ContactHistory, ContactResponse, Plate, contact_response
-from rom.collagen.element import element_response, shape_gradients
-from rom.collagen.linear_solver import PatternedLU
-from rom.collagen.section import Section, SectionMesh, mesh_section
-from rom.collagen.tissue import Tissue, fibre_directions
+from rom.finger_on_glass.contact import ContactHistory, ContactResponse, Plate, contact_response
+from rom.finger_on_glass.element import element_response, shape_gradients
+from rom.finger_on_glass.linear_solver import PatternedLU
+from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
+from rom.finger_on_glass.tissue import Tissue, fibre_directions
 from rom.fingertip.shape import shown
 
 
@@ -220,7 +220,7 @@ class Finger:
         normal_force : float [N/mm], optional
             On the plate; None where the plate's height is given.
         predict : bool
-            See :func:`rom.collagen.contact.contact_response`.
+            See :func:`rom.finger_on_glass.contact.contact_response`.
         drag : (float [MPa/mm], (n_node, 2) ndarray [mm]), optional
             Viscous resistance of the skin against motion from these displacements.
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rom.collagen.contact import ContactHistory, Plate, contact_response
+from rom.finger_on_glass.contact import ContactHistory, Plate, contact_response
 
 PLATE = Plate(friction=0.8, normal_stiffness=20.0, tangential_stiffness=5.0)
 
