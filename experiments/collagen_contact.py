@@ -15,9 +15,9 @@ import numpy as np
 import script
 import xarray as xr
 from collagen_contact_claims import PROFILE, Measures, judge, mean_of, measures, profiles
+from collagen_contact_figures import draw
 from collagen_contact_findings import findings, tables
 from collagen_contact_paths import FORCE, PRESSING, SLIDING, Run, followed, runs
-from collagen_contact_plates import draw
 
 from rom.finger_on_glass.finger import State
 from rom.finger_on_glass.outputs import RECEPTOR_DEPTH, receptor_strain, stretches

@@ -68,17 +68,17 @@ def run(arguments: argparse.Namespace) -> None:
         write_netcdf(found, arguments.output)
         print(arguments.output)
     if arguments.figure is not None:
-        from rom.reporting.plate import Plate
+        from rom.reporting.figure import Figure
         from rom.reporting.slide import draw_path
 
-        Plate(arguments.figure.name, draw_path(found), "", "").write(arguments.figure.parent)
+        Figure(arguments.figure.name, draw_path(found), "", "").write(arguments.figure.parent)
         print(arguments.figure)
     if not answer.complete:
         raise SolverError(answer.reason)
 
 
 def _finger(arguments: argparse.Namespace) -> Finger:
-    from rom.finger_on_glass.contact import Plate
+    from rom.finger_on_glass.contact import Glass
     from rom.finger_on_glass.finger import Finger, OutOfPlane
     from rom.finger_on_glass.section import Section
     from rom.finger_on_glass.tissue import Tissue
@@ -90,7 +90,7 @@ def _finger(arguments: argparse.Namespace) -> Finger:
             raise ValueError(f"--{name} is {value:g} kPa, but it must be finite and above zero: give a stiffness")
     finger = Finger(Section(**_changes(arguments.section)), Tissue(arguments.variant, 1e-3 * arguments.c, k1,
                                                                    seed=arguments.seed),
-                    Plate(arguments.friction), OutOfPlane(arguments.axial_stiffness, arguments.effective_length),
+                    Glass(arguments.friction), OutOfPlane(arguments.axial_stiffness, arguments.effective_length),
                     arguments.rays, arguments.layers)
     finger.mesh  # noqa: B018  # a mesh that cannot be is refused before any work
     return finger

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 
-from rom.reporting.plate import legend_below, sheet, tidy
+from rom.reporting.figure import legend_below, sheet, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -146,13 +146,13 @@ class FingerOnGlass:
 
     def finger(self, paths: PathArrays, i: int) -> Finger:
         """The full-order model of path ``i``."""
-        from rom.finger_on_glass.contact import Plate
+        from rom.finger_on_glass.contact import Glass
         from rom.finger_on_glass.finger import Finger, OutOfPlane
         from rom.finger_on_glass.tissue import Tissue
 
         c, k1 = float(paths.c[i]) / PASCAL, float(paths.k1[i]) / PASCAL
         tissue = Tissue(VARIANTS[paths.variant[i]], c, k1, seed=self.seed)
-        return Finger(self.section, tissue, Plate(float(paths.friction[i])),
+        return Finger(self.section, tissue, Glass(float(paths.friction[i])),
                       OutOfPlane(self.out_of_plane_stiffness, self.effective_length), self.rays, self.layers)
 
     def load_path(self, paths: PathArrays, i: int) -> LoadPath:

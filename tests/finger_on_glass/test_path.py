@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rom.finger_on_glass.contact import Plate
+from rom.finger_on_glass.contact import Glass
 from rom.finger_on_glass.observation import contact_edges, last_piece
 from rom.finger_on_glass.path import LoadPath, follow
 from rom.finger_on_glass.section import Section
@@ -89,7 +89,7 @@ def test_vanishing_matrix_ends_with_the_last_step(coarse):
 
 def test_friction_of_five_ends_with_the_last_step(coarse):
     """A plate that hardly ever lets go: the section folds before 12 mm."""
-    finger = coarse(plate=Plate(friction=5.0))
+    finger = coarse(plate=Glass(friction=5.0))
     answer = follow(finger, LoadPath((0.2, 0.5), (3.0, 12.0)), viscosities=(0.0,))
     reason = ends(answer)
     assert "mm of travel" in reason
