@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
-from sensitivity_plates import draw, off_similarity, ranking, spoken
+from sensitivity_figures import draw, off_similarity, ranking, spoken
 
 from rom.fingertip import DIRECTIONS, Fingertip
 from rom.fullorder import Modes, SecondOrderModel

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import script
-import surface_calibration_plates as plates
+import surface_calibration_figures as figures
 import xarray as xr
 
 from rom.cache import cached_path
@@ -164,4 +164,4 @@ def _of(found: Characteristics, labels: tuple[str, ...]) -> float:
 
 
 if __name__ == "__main__":
-    script.run(main, plates.draw, plates.findings, "surface-calibration", tables=plates.tables)
+    script.run(main, figures.draw, figures.findings, "surface-calibration", tables=figures.tables)

@@ -12,7 +12,7 @@ from time import perf_counter
 import numpy as np
 import script
 import xarray as xr
-from tissue_loss_factors_plates import METHODS, draw, highest
+from tissue_loss_factors_figures import METHODS, draw, highest
 
 from rom.comparison.errors import relative_errors
 from rom.fingertip import DIRECTIONS

@@ -92,14 +92,14 @@ def test_a_page_comes_of_it(modes, tmp_path):
 
 
 def read_through(script, results: xr.Dataset, folder: Path) -> None:
-    plates = script.draw(results)
-    page = write_experiment(folder, "name", "Does it?", script.findings(results), plates, script.tables(results),
+    figures = script.draw(results)
+    page = write_experiment(folder, "name", "Does it?", script.findings(results), figures, script.tables(results),
                             attributes={"quick": "1"})
     text = page.read_text(encoding="utf-8")
     assert "not a result" in text and "<table>" in text
-    for plate in plates:
-        assert (folder / plate.file).stat().st_size > 10_000
-        assert f'src="{plate.file}"' in text
+    for figure in figures:
+        assert (folder / figure.file).stat().st_size > 10_000
+        assert f'src="{figure.file}"' in text
 
 
 def in_this_process(words, **_):

@@ -118,7 +118,7 @@ def recipe_for(scene: FingerOnGlass, count: int, beyond: int, seed: int) -> dict
     """Everything that the dataset depends on, the source of the full-order model included."""
     return {"scene": json.loads(scene.to_json())["options"], "content": scene.content_hash, "paths": count,
             "beyond": beyond, "seed": seed, "source": source_digest(
-                "collagen", "scenes/finger_on_glass.py", "scenes/paths.py", "datasets/contact_schema.py",
+                "finger_on_glass", "scenes/finger_on_glass.py", "scenes/paths.py", "datasets/contact_schema.py",
                 "datasets/path_solutions.py", "datasets/splits.py")}
 
 

@@ -13,8 +13,8 @@ from rom.datasets.contact_schema import QUANTITIES, area_between, shape_of
 from rom.scenes import FingerOnGlass, PathArrays
 
 if TYPE_CHECKING:
-    from rom.collagen.observation import Observation
-    from rom.collagen.path import PathAnswer
+    from rom.finger_on_glass.observation import Observation
+    from rom.finger_on_glass.path import PathAnswer
 
 METRE, PASCAL = 1e-3, 1e6
 """A mm and a MPa in SI units."""
@@ -47,7 +47,7 @@ def solve_path(scene: FingerOnGlass, paths: PathArrays, i: int,
     paths : PathArrays
     i : int
     follow : callable, optional
-        Default: :func:`rom.collagen.path.follow`.
+        Default: :func:`rom.finger_on_glass.path.follow`.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def solve_path(scene: FingerOnGlass, paths: PathArrays, i: int,
         ``reached`` and ``viscosity`` (n_position,) ndarrays; ``solve_seconds``, ``iterations``, ``reason``.
     """
     if follow is None:
-        from rom.collagen.path import follow as full_order
+        from rom.finger_on_glass.path import follow as full_order
 
         follow = full_order
     start = time.perf_counter()

@@ -15,7 +15,7 @@ import numpy as np
 
 from rom.datasets.storage import whole_file
 from rom.reporting.fields import length_unit, magnitude
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import PALMAR, draw_skin
 from rom.reporting.words import significant
 
@@ -91,7 +91,7 @@ class Vibration:
 
 
 @dataclass(frozen=True)
-class Film(Plate):
+class Film(Figure):
     """A figure that moves: written as an endless GIF of one cycle, shown on a page as other figures are."""
 
     show: Callable[[float], None]

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rom.reporting import html, words
-from rom.reporting.plate import Plate, legend_below, number_axis, sheet, tidy
+from rom.reporting.figure import Figure, legend_below, number_axis, sheet, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,7 +123,7 @@ def _cost_sentence(results: xr.Dataset) -> str:
             f"of freedom, took {words.seconds(seconds)} and {words.size(memory)} of memory at most.")
 
 
-def convergence_plates(results: xr.Dataset) -> list[Plate]:
+def convergence_figures(results: xr.Dataset) -> list[Figure]:
     """Frequencies over nodes, changes against the criterion, distance from the limit, cost."""
     return [_frequencies(results), _changes(results), _distance(results), _cost(results)]
 
@@ -145,7 +145,7 @@ def _log_ticks(axis: Axis) -> None:
     number_axis(axis)
 
 
-def _frequencies(results: xr.Dataset) -> Plate:
+def _frequencies(results: xr.Dataset) -> Figure:
     nodes, (home, mesh) = results["nodes"].values, _home(results)
     frequency = results["natural_frequency"]
     move = 100 * abs(frequency.isel(step=-1) / frequency.isel(step=home) - 1).isel(mode=slice(STUDIED)).max("mode")
@@ -165,12 +165,12 @@ def _frequencies(results: xr.Dataset) -> Plate:
     axes.plot([], [], "*", color="white", markersize=13, markeredgecolor="black", label="published frequency")
     _over_nodes(axes, results, "natural frequency [Hz]")
     figure.legend(loc="outside right center", frameon=False, fontsize=9)
-    return Plate("frequencies.png", figure, "The same modes on finer and finer meshes; solid: full integration, as "
-                 "published, dashed: B-bar. Stars: published values at the published mesh.",
-                 "Natural frequencies over the number of nodes")
+    return Figure("frequencies.png", figure, "The same modes on finer and finer meshes; solid: full integration, as "
+                  "published, dashed: B-bar. Stars: published values at the published mesh.",
+                  "Natural frequencies over the number of nodes")
 
 
-def _changes(results: xr.Dataset) -> Plate:
+def _changes(results: xr.Dataset) -> Figure:
     nodes = results["nodes"].values
     met = {name: criterion_met(results, name) for name in LINES}
     spoken = " and ".join(f"{f'from {nodes[step]:,} nodes on' if step else 'on no mesh'} with {name}"
@@ -188,12 +188,12 @@ def _changes(results: xr.Dataset) -> Plate:
     _log_ticks(axes.yaxis)
     _over_nodes(axes, results, "change from the coarser mesh [%]")
     legend_below(figure, [axes], columns=3)
-    return Plate("criterion.png", figure, "Change of the natural frequencies from each mesh to the next, which has "
-                 "about 1.5 times the nodes.",
-                 "Largest change of frequencies over the number of nodes, beside the criterion")
+    return Figure("criterion.png", figure, "Change of the natural frequencies from each mesh to the next, which has "
+                  "about 1.5 times the nodes.",
+                  "Largest change of frequencies over the number of nodes, beside the criterion")
 
 
-def _distance(results: xr.Dataset) -> Plate:
+def _distance(results: xr.Dataset) -> Figure:
     width = (results["nodes"].values / results["nodes"].values[-1]) ** (-1 / 3)
     orders = {name: results["observed_order"].sel(formulation=name).values[:STUDIED] for name in LINES}
     spoken = "; ".join(f"{name} {_orders(values)}" for name, values in orders.items())
@@ -213,12 +213,13 @@ def _distance(results: xr.Dataset) -> Plate:
         tidy(axes)
         axes.legend(frameon=False, fontsize=8)
     panels[0].set_ylabel("distance from the limit [%]")
-    return Plate("order.png", figure, "Distance of each frequency from its limit, extrapolated at order 2 from the "
-                 f"{min(FITTED, len(width))} finest meshes; the legend's orders were fitted freely to the same meshes.",
-                 "Distance from the limit over mesh width for both formulations")
+    return Figure("order.png", figure, "Distance of each frequency from its limit, extrapolated at order 2 from the "
+                  f"{min(FITTED, len(width))} finest meshes; the legend's orders were fitted freely to the same "
+                  "meshes.",
+                  "Distance from the limit over mesh width for both formulations")
 
 
-def _cost(results: xr.Dataset) -> Plate:
+def _cost(results: xr.Dataset) -> Figure:
     nodes = results["nodes"].values
     seconds, memory = results["seconds"].values, results["peak_memory"].values / 1e9
     figure = sheet(3.8, f"{nodes[-1]:,} nodes cost {words.seconds(seconds[:, -1].max())} and "
@@ -230,8 +231,8 @@ def _cost(results: xr.Dataset) -> Plate:
         _log_ticks(axes.yaxis)
         _over_nodes(axes, results, label)
         axes.legend(frameon=False, fontsize=9)
-    return Plate("cost.png", figure, "Time and peak memory of meshing, assembly, twelve modes and the Sturm count, "
-                 "each mesh in a process of its own.", "Seconds and gigabytes over the number of nodes")
+    return Figure("cost.png", figure, "Time and peak memory of meshing, assembly, twelve modes and the Sturm count, "
+                  "each mesh in a process of its own.", "Seconds and gigabytes over the number of nodes")
 
 
 def convergence_tables(results: xr.Dataset) -> list[str]:

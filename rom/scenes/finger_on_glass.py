@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from rom.collagen.section import Section, SectionMesh, mesh_section
-from rom.collagen.tissue import PUBLISHED_K1, VARIANTS
+from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
+from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
 from rom.fingertip.shape import shown
 from rom.scenes.paths import PathArrays, label_paths, read_paths
 
 if TYPE_CHECKING:
-    from rom.collagen.finger import Finger
-    from rom.collagen.path import LoadPath
+    from rom.finger_on_glass.finger import Finger
+    from rom.finger_on_glass.path import LoadPath
 
 FORCE_SHARES = tuple(i / 8 for i in range(1, 9))
 """Of the normal force, at the positions before the plate slides."""
@@ -53,7 +53,7 @@ class FingerOnGlass:
         Elements around the bone and from bone to skin.
     out_of_plane_stiffness : float [N]
     effective_length : float [mm]
-        See :class:`rom.collagen.finger.OutOfPlane`.
+        See :class:`rom.finger_on_glass.finger.OutOfPlane`.
     seed : int
         Of the random variant's fibre angles: one finger, not an average.
     outputs : {"field", "contact"}
@@ -103,7 +103,8 @@ class FingerOnGlass:
                 raise ValueError(f"a section has no {shown(unknown[0])}: choose from {', '.join(known)}")
             object.__setattr__(self, "section", Section(**self.section))
         if not isinstance(self.section, Section):
-            raise ValueError(f"the section is {shown(self.section)}: build one with rom.collagen.section.Section")
+            raise ValueError(f"the section is {shown(self.section)}: build one with "
+                             "rom.finger_on_glass.section.Section")
         if not isinstance(self.outputs, str) or self.outputs not in OUTPUTS:
             raise ValueError(f"outputs={shown(self.outputs)} is unknown: the scene can want {' or '.join(OUTPUTS)}")
         for name, least, most in (("out_of_plane_stiffness", 0.0, np.inf), ("effective_length", 1e-9, 1e4)):
@@ -145,18 +146,18 @@ class FingerOnGlass:
 
     def finger(self, paths: PathArrays, i: int) -> Finger:
         """The full-order model of path ``i``."""
-        from rom.collagen.contact import Plate
-        from rom.collagen.finger import Finger, OutOfPlane
-        from rom.collagen.tissue import Tissue
+        from rom.finger_on_glass.contact import Glass
+        from rom.finger_on_glass.finger import Finger, OutOfPlane
+        from rom.finger_on_glass.tissue import Tissue
 
         c, k1 = float(paths.c[i]) / PASCAL, float(paths.k1[i]) / PASCAL
         tissue = Tissue(VARIANTS[paths.variant[i]], c, k1, seed=self.seed)
-        return Finger(self.section, tissue, Plate(float(paths.friction[i])),
+        return Finger(self.section, tissue, Glass(float(paths.friction[i])),
                       OutOfPlane(self.out_of_plane_stiffness, self.effective_length), self.rays, self.layers)
 
     def load_path(self, paths: PathArrays, i: int) -> LoadPath:
         """Positions of path ``i``, in the full-order model's units."""
-        from rom.collagen.path import LoadPath
+        from rom.finger_on_glass.path import LoadPath
 
         force = float(paths.normal_force[i])
         return LoadPath(tuple(share * force for share in FORCE_SHARES), tuple(1e3 * x for x in TRAVEL))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rom.collagen.tissue import VARIANTS
+from rom.finger_on_glass.tissue import VARIANTS
 from rom.fingertip.shape import shown
 
 NUMBERS = {"c": "Pa", "k1": "Pa", "friction": "1", "normal_force": "N"}
@@ -26,7 +26,7 @@ class PathArrays:
     Parameters
     ----------
     variant : ndarray of int
-        Position in :data:`rom.collagen.tissue.VARIANTS`.
+        Position in :data:`rom.finger_on_glass.tissue.VARIANTS`.
     c, k1 : ndarray [Pa]
     friction : ndarray
     normal_force : ndarray [N]

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from rom.collagen.observation import along_plate, contact_edges
-from rom.collagen.path import VISCOSITIES
-from rom.collagen.tissue import VARIANTS
 from rom.datasets.contact_schema import area_between, shape_of, wanted
 from rom.datasets.path_solutions import METRE, PASCAL
+from rom.finger_on_glass.observation import along_plate, contact_edges
+from rom.finger_on_glass.path import VISCOSITIES
+from rom.finger_on_glass.tissue import VARIANTS
 from rom.fingertip.shape import shown
 from rom.metamodels.contact.base import Answers, ContactMetamodel
 from rom.metamodels.contact.hyper_reduction import ReducedSpace, learn_space, reduce, sampled, select_points
@@ -27,7 +27,7 @@ from rom.metamodels.contact.reduced_equations import Constants, ReducedFinger
 from rom.scenes import FingerOnGlass, PathArrays
 
 if TYPE_CHECKING:
-    from rom.collagen.finger import Finger
+    from rom.finger_on_glass.finger import Finger
     from rom.metamodels.contact.reduced_path import ReducedPath
 
 
@@ -184,7 +184,7 @@ class ContactGalerkin(ContactMetamodel):
 
     def _observe(self, space: ReducedSpace, found: ReducedPath, positions: np.ndarray, names: tuple[str, ...]
                  ) -> Answers:
-        """Quantities at positions that were reached, by the definitions of :mod:`rom.collagen.observation`."""
+        """Quantities at positions that were reached, by the definitions of :mod:`rom.finger_on_glass.observation`."""
         scene = self.scene
         mesh, finger = scene.mesh, self._geometry
         modes = space.vectors.reshape(scene.n_nodes, 2, -1)
@@ -214,7 +214,7 @@ class ContactGalerkin(ContactMetamodel):
     @cached_property
     def _geometry(self) -> Finger:
         """A full-order finger, for its skin alone: its material and plate do not count."""
-        from rom.collagen.finger import Finger
+        from rom.finger_on_glass.finger import Finger
 
         return Finger(self.scene.section, rays=self.scene.rays, layers=self.scene.layers)
 

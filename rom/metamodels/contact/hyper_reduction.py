@@ -16,7 +16,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
-from rom.collagen.finger import Finger
+from rom.finger_on_glass.finger import Finger
 from rom.metamodels.contact.reduced_equations import Constants, Contact, ReducedFinger, assemble, isochoric, volumes
 
 SAMPLED_STATES = 80

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rom.collagen.tissue import VARIANTS
 from rom.datasets.contact_schema import QUANTITIES
+from rom.finger_on_glass.tissue import VARIANTS
 from rom.metamodels.contact.base import Answers, ContactMetamodel
 from rom.metamodels.contact.features import dimensionless
 from rom.metamodels.contact.kriging import Regressor, fit_regressor

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from rom.collagen.tissue import VARIANTS
+from rom.finger_on_glass.tissue import VARIANTS
 from rom.scenes import PathArrays
 from rom.scenes.paths import NUMBERS
 

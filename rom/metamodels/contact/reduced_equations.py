@@ -6,8 +6,8 @@ beside them coordinates of the element pressures in a basis of their own, update
 The dilatation of a quadrilateral in generalized plane strain is a quadratic polynomial of the displacement times the
 out-of-plane stretch, and the pressures enter linearly: the volume terms of *all* elements are projected once and are
 exact online. Only the isochoric energy is integrated at few points
-(:mod:`rom.metamodels.contact.hyper_reduction`). Contact and friction are those of :mod:`rom.collagen.contact`, node
-by node.
+(:mod:`rom.metamodels.contact.hyper_reduction`). Contact and friction are those of :mod:`rom.finger_on_glass.contact`,
+node by node.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from rom.collagen.element import SMALLEST_JACOBIAN
-from rom.collagen.tissue import FIBRE_CAP
+from rom.finger_on_glass.element import SMALLEST_JACOBIAN
+from rom.finger_on_glass.tissue import FIBRE_CAP
 
 
 class ReducedFinger(NamedTuple):
@@ -205,7 +205,7 @@ def volumes(finger, q, stretch_z):
 
 @numba.njit(cache=True)
 def contact_tractions(finger, constants, history, q, plate_y, plate_x, predict):
-    """`rom.collagen.contact.contact_response` at the skin nodes that may touch.
+    """`rom.finger_on_glass.contact.contact_response` at the skin nodes that may touch.
 
     Returns
     -------
@@ -262,7 +262,7 @@ def assemble(finger, constants, history, q, stretch_z, plate_y, plate_x, s, norm
         Pressure coordinates.
     normal_force : float [N/mm]
     predict : bool
-        See :func:`rom.collagen.contact.contact_response`.
+        See :func:`rom.finger_on_glass.contact.contact_response`.
     drag : float [MPa/mm]
         Viscous resistance against motion from ``q_before``.
 

@@ -1,8 +1,8 @@
 """A load path of the reduced finger, compiled: Newton's steps and their adaption are those of the full model.
 
-Positions, first touch, step sizes, viscous fall-back and guards follow :mod:`rom.collagen.path` and
-:mod:`rom.collagen.equilibrium`; only the reference of the residual is the force on the plate, since a reduced model has
-no reaction at the bone.
+Positions, first touch, step sizes, viscous fall-back and guards follow :mod:`rom.finger_on_glass.path` and
+:mod:`rom.finger_on_glass.equilibrium`; only the reference of the residual is the force on the plate, since a reduced
+model has no reaction at the bone.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from rom.collagen.equilibrium import CUTS, DAMPING, GROWTH, LARGEST_STEP, PATIENCE
-from rom.collagen.path import FIRST_TOUCH, QUICK_ITERATIONS
-from rom.collagen.tissue import FIBRE_CAP
+from rom.finger_on_glass.equilibrium import CUTS, DAMPING, GROWTH, LARGEST_STEP, PATIENCE
+from rom.finger_on_glass.path import FIRST_TOUCH, QUICK_ITERATIONS
+from rom.finger_on_glass.tissue import FIBRE_CAP
 from rom.metamodels.contact.reduced_equations import Contact, assemble
 
 MOST_ITERATIONS = 25
@@ -77,7 +77,7 @@ class ReducedPath(NamedTuple):
 @numba.njit(cache=True)
 def reduced_step(finger, constants, controls, history, q0, stretch_z0, plate_y0, plate_x0, s0, plate_held, normal_force,
                  plate_x, viscosity):
-    """The next reduced equilibrium, as `rom.collagen.equilibrium.solve_step`.
+    """The next reduced equilibrium, as `rom.finger_on_glass.equilibrium.solve_step`.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def history_of(contact):
 
 @numba.njit(cache=True)
 def reduced_path(finger, constants, controls, normal_force, travel, viscosities):
-    """Follow a path from the undeformed finger, as `rom.collagen.path.follow`.
+    """Follow a path from the undeformed finger, as `rom.finger_on_glass.path.follow`.
 
     Parameters
     ----------

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rom.collagen.finger import OutOfPlane
-from rom.collagen.path import LoadPath, follow
-from rom.collagen.tissue import Tissue
+from rom.finger_on_glass.finger import OutOfPlane
+from rom.finger_on_glass.path import LoadPath, follow
+from rom.finger_on_glass.tissue import Tissue
 
 felupe = pytest.importorskip("felupe")
 

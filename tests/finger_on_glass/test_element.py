@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rom.collagen.element import element_response, shape_gradients
-from rom.collagen.tissue import FIBRE_CAP
+from rom.finger_on_glass.element import element_response, shape_gradients
+from rom.finger_on_glass.tissue import FIBRE_CAP
 
 CORNERS = np.array([[[0.0, 0.0], [1.1, 0.1], [1.2, 1.0], [-0.1, 0.9]]])
 C, K1, K2 = 0.003, 0.15, 15.0

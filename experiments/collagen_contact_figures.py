@@ -10,7 +10,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import TwoSlopeNorm
 
 from rom.reporting import words
-from rom.reporting.plate import Plate, legend_below, sheet, tidy
+from rom.reporting.figure import Figure, legend_below, sheet, tidy
 
 COLOURS = {"radial": "#332288", "circumferential": "#D55E00", "random": "#117733"}
 LINES = ("-", (0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
@@ -19,7 +19,7 @@ PRESSED = 5
 """Positions of a sliding path before the plate slides."""
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """The publication's figures 3, 4 and 5; strain where receptors lie; what full slip takes."""
     return [_curves(results), _profiles(results), _maps(results, 1), _maps(results, 0), _strain(results),
             _slip(results)]
@@ -29,7 +29,7 @@ def _reference(results: xr.Dataset) -> xr.Dataset:
     return results.sel(mesh=results.attrs["reference"])
 
 
-def _curves(results: xr.Dataset) -> Plate:
+def _curves(results: xr.Dataset) -> Figure:
     one = _reference(results)
     u = {v: 1e3 * float(one["sliding_normal_displacement"].sel(variant=v)[..., PRESSED - 1].mean()) for v in COLOURS}
     figure = sheet(7.4, "At 0.5 N the variants meet at " + words.listed([f"{x:.2f} mm ({v})" for v, x in u.items()])
@@ -57,10 +57,10 @@ def _curves(results: xr.Dataset) -> Plate:
         tidy(panel)
         panel.set(xlabel=x, ylabel=y, ylim=(0, None), xlim=(0, None))
     legend_below(figure, list(axes.flat))
-    return Plate("figure-3.png", figure, "The publication's figure 3. Above: pressing up to 2 N; below: sliding 8 mm "
-                 "under 0.5 N. A is a circle as wide as the contact. The random variant is a mean over seeds, the band "
-                 "spans them. Triangles: where the publication reads full slip.",
-                 "Force and contact area over approach and travel of the plate, three variants")
+    return Figure("figure-3.png", figure, "The publication's figure 3. Above: pressing up to 2 N; below: sliding 8 mm "
+                  "under 0.5 N. A is a circle as wide as the contact. The random variant is a mean over seeds, the "
+                  "band spans them. Triangles: where the publication reads full slip.",
+                  "Force and contact area over approach and travel of the plate, three variants")
 
 
 def _band(panel, x: xr.DataArray, y: xr.DataArray, colour: str) -> None:
@@ -69,7 +69,7 @@ def _band(panel, x: xr.DataArray, y: xr.DataArray, colour: str) -> None:
     panel.fill_between(x, y.min("seed"), y.max("seed"), color=colour, alpha=0.25, linewidth=0)
 
 
-def _profiles(results: xr.Dataset) -> Plate:
+def _profiles(results: xr.Dataset) -> Figure:
     x = 1e3 * results["x"].values
     first = 1e-3 * results["profile_pressure"].isel(travel=0).mean("seed")
     peaks = {v: float(first.sel(variant=v).max()) for v in COLOURS}
@@ -89,14 +89,14 @@ def _profiles(results: xr.Dataset) -> Plate:
     axes[0, 0].set_ylabel("pressure [kPa]")
     axes[1, 0].set_ylabel("shear on the skin [kPa]")
     legend_below(figure, [axes[0, 0]])
-    return Plate("figure-4.png", figure, "The publication's figure 4: tractions along the plate under 0.5 N, before "
-                 "sliding and after 2, 3 and 4 mm; the bone's middle is at 0. The plate moves to the right, so the "
-                 "finger trails with its right side. Moving average over "
-                 f"{results.attrs['window_mm']:g} mm; mean over seeds for the random variant.",
-                 "Pressure and shear along the plate at four travels, three variants")
+    return Figure("figure-4.png", figure, "The publication's figure 4: tractions along the plate under 0.5 N, before "
+                  "sliding and after 2, 3 and 4 mm; the bone's middle is at 0. The plate moves to the right, so the "
+                  "finger trails with its right side. Moving average over "
+                  f"{results.attrs['window_mm']:g} mm; mean over seeds for the random variant.",
+                  "Pressure and shear along the plate at four travels, three variants")
 
 
-def _maps(results: xr.Dataset, state: int) -> Plate:
+def _maps(results: xr.Dataset, state: int) -> Figure:
     name = str(results["state"].values[state])
     nodes = 1e3 * np.column_stack([results["node_x"], results["node_y"]])
     quads = results["quads"].values
@@ -127,10 +127,10 @@ def _maps(results: xr.Dataset, state: int) -> Plate:
                f"(below), {name}"
                + (" (u_N is about 0.75 mm before sliding, not the 1 mm of the publication)" if state else "")
                + ". Colours end at 0.7 and 1.3. Seed 0 of the random variant.")
-    return Plate(f"figure-5{'' if state else '-pressed'}.png", figure, caption, f"Maps of both stretches, {name}")
+    return Figure(f"figure-5{'' if state else '-pressed'}.png", figure, caption, f"Maps of both stretches, {name}")
 
 
-def _strain(results: xr.Dataset) -> Plate:
+def _strain(results: xr.Dataset) -> Figure:
     x = 1e3 * results["ray_position"].values
     pad = np.abs(x) < 10
     most = {v: 100 * float(np.abs(results["receptor_shear"].sel(variant=v)[:, pad]).max()) for v in COLOURS}
@@ -149,11 +149,11 @@ def _strain(results: xr.Dataset) -> Plate:
         axes[0, j].set_title(v, fontsize=11, color=colour)
         axes[-1, j].set_xlabel("along the undeformed skin [mm]")
     legend_below(figure, [axes[0, 0]])
-    return Plate("receptor-strain.png", figure, "Green strain 0.5 mm below the skin, under 0.5 N, along the pad; seed "
-                 "0 of the random variant.", "Strain at receptor depth along the pad")
+    return Figure("receptor-strain.png", figure, "Green strain 0.5 mm below the skin, under 0.5 N, along the pad; seed "
+                  "0 of the random variant.", "Strain at receptor depth along the pad")
 
 
-def _slip(results: xr.Dataset) -> Plate:
+def _slip(results: xr.Dataset) -> Figure:
     base = results["assumption_measure"].sel(assumption="as assumed")
     slips = {v: float(base.sel(variant=v, measure="slip")) for v in ("radial", "random")}
     figure = sheet(5.6, "Full slip comes at " + words.listed([
@@ -181,10 +181,10 @@ def _slip(results: xr.Dataset) -> Plate:
         tidy(panel)
     axes[0].set_ylabel("travel of the plate at full slip [mm]")
     legend_below(figure, list(axes), columns=4)
-    return Plate("full-slip.png", figure, "One input changed at a time, on a coarser mesh; numbers at the points are "
-                 "its values. All variants met the measured approach at 0.5 N in the publication, so a point far from "
-                 "the star to the side pays with the force-displacement curve.",
-                 "Travel at full slip over approach at 0.5 N, swept inputs")
+    return Figure("full-slip.png", figure, "One input changed at a time, on a coarser mesh; numbers at the points are "
+                  "its values. All variants met the measured approach at 0.5 N in the publication, so a point far from "
+                  "the star to the side pays with the force-displacement curve.",
+                  "Travel at full slip over approach at 0.5 N, swept inputs")
 
 
 def _assumed(name: str) -> float:

@@ -11,11 +11,11 @@ from functools import cached_property
 
 import numpy as np
 
-from rom.collagen.contact import ContactHistory, ContactResponse, Plate, contact_response
-from rom.collagen.element import element_response, shape_gradients
-from rom.collagen.linear_solver import PatternedLU
-from rom.collagen.section import Section, SectionMesh, mesh_section
-from rom.collagen.tissue import Tissue, fibre_directions
+from rom.finger_on_glass.contact import ContactHistory, ContactResponse, Glass, contact_response
+from rom.finger_on_glass.element import element_response, shape_gradients
+from rom.finger_on_glass.linear_solver import PatternedLU
+from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
+from rom.finger_on_glass.tissue import Tissue, fibre_directions
 from rom.fingertip.shape import shown
 
 
@@ -88,7 +88,7 @@ class Finger:
     ----------
     section : Section
     tissue : Tissue
-    plate : Plate
+    plate : Glass
     out_of_plane : OutOfPlane
     rays, layers : int
         Elements around the bone and from bone to skin.
@@ -96,13 +96,13 @@ class Finger:
 
     section: Section = field(default_factory=Section)
     tissue: Tissue = field(default_factory=Tissue)
-    plate: Plate = field(default_factory=Plate)
+    plate: Glass = field(default_factory=Glass)
     out_of_plane: OutOfPlane = field(default_factory=OutOfPlane)
     rays: int = 120
     layers: int = 12
 
     def __post_init__(self) -> None:
-        for name, kind in (("section", Section), ("tissue", Tissue), ("plate", Plate), ("out_of_plane", OutOfPlane)):
+        for name, kind in (("section", Section), ("tissue", Tissue), ("plate", Glass), ("out_of_plane", OutOfPlane)):
             if not isinstance(getattr(self, name), kind):
                 raise ValueError(f"{name} is {shown(getattr(self, name))}: build one with the class {kind.__name__}")
 
@@ -220,7 +220,7 @@ class Finger:
         normal_force : float [N/mm], optional
             On the plate; None where the plate's height is given.
         predict : bool
-            See :func:`rom.collagen.contact.contact_response`.
+            See :func:`rom.finger_on_glass.contact.contact_response`.
         drag : (float [MPa/mm], (n_node, 2) ndarray [mm]), optional
             Viscous resistance of the skin against motion from these displacements.
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.collagen.path import LoadPath, PathAnswer, follow
-from rom.collagen.record import recorded, settings
-from rom.collagen.tissue import Tissue
+from rom.finger_on_glass.path import LoadPath, PathAnswer, follow
+from rom.finger_on_glass.record import recorded, settings
+from rom.finger_on_glass.tissue import Tissue
 
 
 def test_everything_is_recorded_in_si_units(walked, tmp_path):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rom.reporting import html, plate, words
-from rom.reporting.plate import Plate, sheet
+from rom.reporting import html, words
+from rom.reporting.figure import Figure, legend_below, sheet, tidy
 from rom.reporting.published_facts import FREQUENCY_TOLERANCE, VOLUME_TOLERANCE
 
 TOLERANCE = {"volume": VOLUME_TOLERANCE, "mode_1": FREQUENCY_TOLERANCE[1], "mode_2": FREQUENCY_TOLERANCE[2],
@@ -111,17 +111,17 @@ def _pulled(results: xr.Dataset) -> list[str]:
     return sorted(names, key=lambda fit: float(results["deviation"].sel(fit=fit, fact="mode_8")))
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Shapes, facts met, facts predicted, trade-off."""
-    plates = [_sections(results), _facts(results)]
+    figures = [_sections(results), _facts(results)]
     if predictions(results):
-        plates.append(_left_out(results))
+        figures.append(_left_out(results))
     if len(_pulled(results)) > 1:
-        plates.append(_trade_off(results))
-    return plates
+        figures.append(_trade_off(results))
+    return figures
 
 
-def _sections(results: xr.Dataset) -> Plate:
+def _sections(results: xr.Dataset) -> Figure:
     bed = results["assumption_value"].sel(assumption="nail_bed_thickness")
     figure = sheet(4.6, f"The adopted shape beside plain surfaces: nail bed {float(bed.sel(fit='adopted')):.1f} mm "
                         f"instead of {float(bed.sel(fit='plain')):.1f} mm deep, a squarer bone, a fuller equator")
@@ -138,13 +138,13 @@ def _sections(results: xr.Dataset) -> Plate:
         panel.set_aspect("equal")
         panel.set_xlabel(label)
         panel.set_ylabel("z, dorsal [mm]")
-        plate.tidy(panel)
-    plate.legend_below(figure, list(panels))
-    return Plate("sections.png", figure, "Mid-plane, and a section across the front (a ring of the mesh, seen along "
-                 "the finger): skin, lower face of dermis and nail bed, bone.", "Sections of plain and adopted shape")
+        tidy(panel)
+    legend_below(figure, list(panels))
+    return Figure("sections.png", figure, "Mid-plane, and a section across the front (a ring of the mesh, seen along "
+                  "the finger): skin, lower face of dermis and nail bed, bone.", "Sections of plain and adopted shape")
 
 
-def _facts(results: xr.Dataset) -> Plate:
+def _facts(results: xr.Dataset) -> Figure:
     fits = [fit for fit in ("plain", "fit from plain", "fit from fuller", "adopted") if fit in results["fit"].values]
     miss = float(np.abs(used(results, "plain")).max())
     most = float(np.abs(used(results, "adopted")).max())
@@ -158,14 +158,14 @@ def _facts(results: xr.Dataset) -> Plate:
     axes.set_yticks(range(len(names)), [NAME[str(name)] for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_xlabel("distance from the published value, over the allowed one [-]")
-    plate.tidy(axes)
-    plate.legend_below(figure, [axes])
-    return Plate("facts.png", figure,
-                 "Study mesh, full integration as published. Inside the band a fact counts as met.",
-                 "Published facts for plain, fitted and adopted surfaces")
+    tidy(axes)
+    legend_below(figure, [axes])
+    return Figure("facts.png", figure,
+                  "Study mesh, full integration as published. Inside the band a fact counts as met.",
+                  "Published facts for plain, fitted and adopted surfaces")
 
 
-def _left_out(results: xr.Dataset) -> Plate:
+def _left_out(results: xr.Dataset) -> Figure:
     told = predictions(results)
     met = sum(one[3] for one in told)
     figure = sheet(3.6, f"{met} of {len(told)} facts are met by a fit that never saw them")
@@ -184,13 +184,13 @@ def _left_out(results: xr.Dataset) -> Plate:
     axes.set_yticks(range(len(told)), [NAME[one[0]] for one in told])
     axes.set_ylim(len(told) - 0.5, -0.6)
     axes.set_xlabel("distance from the published value [%]")
-    plate.tidy(axes, "x")
-    plate.legend_below(figure, [axes])
-    return Plate("left-out.png", figure, "Each row is a fit of its own, from plain surfaces, without that fact.",
-                 "Predictions of facts that were left out")
+    tidy(axes, "x")
+    legend_below(figure, [axes])
+    return Figure("left-out.png", figure, "Each row is a fit of its own, from plain surfaces, without that fact.",
+                  "Predictions of facts that were left out")
 
 
-def _trade_off(results: xr.Dataset) -> Plate:
+def _trade_off(results: xr.Dataset) -> Figure:
     fits = sorted([*_pulled(results), "adopted"], key=lambda f: float(results["deviation"].sel(fit=f, fact="mode_8")))
     at = [100 * float(results["deviation"].sel(fit=fit, fact="mode_8")) for fit in fits]
     figure = sheet(4.4, f"Mode 8 from {at[0]:+.1f} to {at[-1]:+.1f} % of its published frequency: what the other facts "
@@ -211,11 +211,11 @@ def _trade_off(results: xr.Dataset) -> Plate:
     right.set_ylabel("distance of neighbours in the order [%]")
     for panel in (left, right):
         panel.set_xlabel("mode 8 from its published frequency [%]")
-        plate.tidy(panel)
-    plate.legend_below(figure, [left, right], columns=4)
-    return Plate("trade-off.png", figure, "Each abscissa is a fit in which mode 8 counts ten times as much as usual; "
-                 "A and S are antisymmetric and symmetric modes by rank.",
-                 "Trade-off between mode 8 and the other facts")
+        tidy(panel)
+    legend_below(figure, [left, right], columns=4)
+    return Figure("trade-off.png", figure, "Each abscissa is a fit in which mode 8 counts ten times as much as usual; "
+                  "A and S are antisymmetric and symmetric modes by rank.",
+                  "Trade-off between mode 8 and the other facts")
 
 
 def tables(results: xr.Dataset) -> list[str]:

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from rom.collagen.section import Section, mesh_section
-from rom.collagen.tissue import PUBLISHED_K1, Tissue, fibre_directions
+from rom.finger_on_glass.section import Section, mesh_section
+from rom.finger_on_glass.tissue import PUBLISHED_K1, Tissue, fibre_directions
 
 
 def test_published_properties(published_contact):

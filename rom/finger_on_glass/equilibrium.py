@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rom.collagen.finger import Finger, Residual, State
 from rom.errors import SolverError
+from rom.finger_on_glass.finger import Finger, Residual, State
 
 FORCE_TOLERANCE = 1e-8
 """Largest residual over the reaction at the bone."""

@@ -2,9 +2,9 @@
 
 import pytest
 
-from rom.collagen.finger import Finger
-from rom.collagen.path import LoadPath, follow
-from rom.collagen.tissue import VARIANTS, Tissue
+from rom.finger_on_glass.finger import Finger
+from rom.finger_on_glass.path import LoadPath, follow
+from rom.finger_on_glass.tissue import VARIANTS, Tissue
 
 SLIDING = LoadPath((0.1, 0.2, 0.3, 0.4, 0.5), (0.5, 1.0, 2.0, 3.0, 4.0))
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rom.collagen.contact import ContactHistory, Plate, contact_response
+from rom.finger_on_glass.contact import ContactHistory, Glass, contact_response
 
-PLATE = Plate(friction=0.8, normal_stiffness=20.0, tangential_stiffness=5.0)
+PLATE = Glass(friction=0.8, normal_stiffness=20.0, tangential_stiffness=5.0)
 
 
 def history():
@@ -65,4 +65,4 @@ def test_history_of_open_nodes_is_clean():
                                      {"friction": "1"}, {"friction": True}])
 def test_impossible_plates_are_refused(changes):
     with pytest.raises(ValueError, match="out of range"):
-        Plate(**changes)
+        Glass(**changes)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rom.collagen.outputs import plate_profile, receptor_strain, smoothed, stretches
+from rom.finger_on_glass.outputs import plate_profile, receptor_strain, smoothed, stretches
 
 GRADIENT = np.array([[1.1, 0.2], [-0.1, 0.95]])
 

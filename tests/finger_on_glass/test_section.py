@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from rom.collagen.element import shape_gradients
-from rom.collagen.section import Section, mesh_section
+from rom.finger_on_glass.element import shape_gradients
+from rom.finger_on_glass.section import Section, mesh_section
 
 
 def test_radial_directions_agree_with_brute_force():

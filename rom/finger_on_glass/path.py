@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from rom.collagen.equilibrium import ConvergedStep, FailedStep, StepResult, solve_step
-from rom.collagen.finger import Finger, State
-from rom.collagen.observation import Balance, Observation, observe, plate_forces
-from rom.collagen.tissue import FIBRE_CAP
+from rom.finger_on_glass.equilibrium import ConvergedStep, FailedStep, StepResult, solve_step
+from rom.finger_on_glass.finger import Finger, State
+from rom.finger_on_glass.observation import Balance, Observation, observe, plate_forces
+from rom.finger_on_glass.tissue import FIBRE_CAP
 from rom.fingertip.shape import shown
 
 FIRST_TOUCH, TOUCHES = 0.02, 14

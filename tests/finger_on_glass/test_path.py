@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rom.collagen.contact import Plate
-from rom.collagen.observation import contact_edges, last_piece
-from rom.collagen.path import LoadPath, follow
-from rom.collagen.section import Section
-from rom.collagen.tissue import FIBRE_CAP, Tissue
+from rom.finger_on_glass.contact import Glass
+from rom.finger_on_glass.observation import contact_edges, last_piece
+from rom.finger_on_glass.path import LoadPath, follow
+from rom.finger_on_glass.section import Section
+from rom.finger_on_glass.tissue import FIBRE_CAP, Tissue
 
 
 def test_positions_are_met(walked):
@@ -55,7 +55,7 @@ def test_forces_grow_with_pressing_and_sliding(walked):
 
 def test_pressure_sums_to_the_force(walked):
     """Tractions over the deformed skin times its length; symmetric variants are pulled nowhere by pressing."""
-    from rom.collagen.finger import tributary
+    from rom.finger_on_glass.finger import tributary
 
     finger, answer, _ = walked
     o = answer.observations[-1]
@@ -89,7 +89,7 @@ def test_vanishing_matrix_ends_with_the_last_step(coarse):
 
 def test_friction_of_five_ends_with_the_last_step(coarse):
     """A plate that hardly ever lets go: the section folds before 12 mm."""
-    finger = coarse(plate=Plate(friction=5.0))
+    finger = coarse(plate=Glass(friction=5.0))
     answer = follow(finger, LoadPath((0.2, 0.5), (3.0, 12.0)), viscosities=(0.0,))
     reason = ends(answer)
     assert "mm of travel" in reason
@@ -170,7 +170,7 @@ def test_work_of_a_parabola_is_exact():
 
 def test_a_rolling_contact_is_seen_whole(coarse):
     """The half of the skin that is looked at follows the pressure."""
-    from rom.collagen.observation import along_plate
+    from rom.finger_on_glass.observation import along_plate
 
     pressure = np.zeros(40)
     pressure[[9, 10, 11]] = 1.0

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from rom.fingertip import DIRECTIONS
-from rom.reporting import palette, plate, words
-from rom.reporting.plate import Plate, sheet
+from rom.reporting import palette, words
+from rom.reporting.figure import Figure, drawable, error_axis, legend_below, sheet, tidy
 from rom.reporting.skin import draw_skin
 
 VIEW = (-58.0, -80.0)
@@ -38,7 +38,7 @@ def errors_in_vibration(results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return strain, displacement
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Maps at the papillae, maps over depth, profiles, errors."""
     return [_maps(results, "principal_strain", 0, "principal-strain.png"),
             _maps(results, "energy_density", -1, "energy-density.png"),
@@ -69,7 +69,7 @@ class _Skin:
         draw_skin(axes, self.position, self.quads, faces, view=VIEW, edge="#00000018")
 
 
-def _maps(results: xr.Dataset, name: str, depth: int, file: str) -> Plate:
+def _maps(results: xr.Dataset, name: str, depth: int, file: str) -> Figure:
     """Directions by frequencies at one depth."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -91,15 +91,15 @@ def _maps(results: xr.Dataset, name: str, depth: int, file: str) -> Plate:
             most = words.significant(values[column, row].max(), 2)
             panels[row, column].set_title(f"{direction}, {at(frequency)}: {most}", fontsize=9, y=0.93)
     _bar(figure, ScalarMappable(norm, colours), panels, _label(name))
-    return Plate(file, figure,
-                 f"{_label(name).split(' [')[0].capitalize()} over the pad at {place}, seen from below, at the "
-                 f"instant of the cycle with the largest energy density. Numbers in the titles are maxima in the bar's "
-                 f"unit. The force is {results.attrs['force_n']:g} N over nine nodes at the fingerprint centroid, loss "
-                 f"factor {results.attrs['loss_factor']:g}. Colour steps are finer for small values.",
-                 f"Maps of {what} over the finger pad for three directions and several frequencies")
+    return Figure(file, figure,
+                  f"{_label(name).split(' [')[0].capitalize()} over the pad at {place}, seen from below, at the "
+                  f"instant of the cycle with the largest energy density. Numbers in the titles are maxima in the "
+                  f"bar's unit. The force is {results.attrs['force_n']:g} N over nine nodes at the fingerprint "
+                  f"centroid, loss factor {results.attrs['loss_factor']:g}. Colour steps are finer for small values.",
+                  f"Maps of {what} over the finger pad for three directions and several frequencies")
 
 
-def _over_depth(results: xr.Dataset) -> Plate:
+def _over_depth(results: xr.Dataset) -> Figure:
     """Depths by directions at the highest frequency: strain and energy density."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -130,10 +130,10 @@ def _over_depth(results: xr.Dataset) -> Plate:
                 if not column:
                     axes.text2D(-0.02, 0.02, depth, transform=axes.transAxes, fontsize=8)
         _bar(half, ScalarMappable(norm, colours), panels, _label(name))
-    return Plate("over-depth.png", figure,
-                 f"Largest principal strain (left) and peak strain energy density (right, three decades) over the pad "
-                 f"at {hertz:g} Hz: places from shallow to deep by rows, directions of the force by columns.",
-                 "Maps of strain and energy density at four depths and for three directions of the force")
+    return Figure("over-depth.png", figure,
+                  f"Largest principal strain (left) and peak strain energy density (right, three decades) over the pad "
+                  f"at {hertz:g} Hz: places from shallow to deep by rows, directions of the force by columns.",
+                  "Maps of strain and energy density at four depths and for three directions of the force")
 
 
 def _bar(figure: Any, mappable: Any, panels: np.ndarray, label: str) -> None:
@@ -143,7 +143,7 @@ def _bar(figure: Any, mappable: Any, panels: np.ndarray, label: str) -> None:
     bar.ax.tick_params(labelsize=8)
 
 
-def _profiles(results: xr.Dataset) -> Plate:
+def _profiles(results: xr.Dataset) -> Figure:
     """Below the load, down to the bone."""
     depth, tissue = results["profile_depth"].values, results["profile_tissue"].values
     directions, hertz = results["direction"].values, results["frequency"].values
@@ -156,7 +156,7 @@ def _profiles(results: xr.Dataset) -> Plate:
     for row, (values, label) in enumerate(((strain, _label("principal_strain")), (energy, _label("energy_density")))):
         for column, direction in enumerate(directions):
             axes = panels[row, column]
-            plate.tidy(axes)
+            tidy(axes)
             for name in dict.fromkeys(tissue):
                 inside = depth[tissue == name]
                 axes.axhspan(inside.min(), inside.max(), color=TISSUE_COLOURS.get(name, "#EEEEEE"), linewidth=0,
@@ -171,14 +171,14 @@ def _profiles(results: xr.Dataset) -> Plate:
         panels[row, 0].set_ylabel("depth below the skin [mm]")
     panels[0, 0].set_xlim(0, 1.05 * strain.max())
     panels[0, 0].set_ylim(depth.max(), 0)
-    plate.legend_below(figure, list(panels.ravel()), columns=8)
-    return Plate("depth-profile.png", figure,
-                 "Mean over the four quadrilaterals in the middle of the loaded patch. Strain is constant or linear in "
-                 "an element layer and jumps where the tissue changes, and a little from layer to layer.",
-                 "Strain and energy density over depth below the load for three directions and several frequencies")
+    legend_below(figure, list(panels.ravel()), columns=8)
+    return Figure("depth-profile.png", figure,
+                  "Mean over the four quadrilaterals in the middle of the loaded patch. Strain is constant or linear "
+                  "in an element layer and jumps where the tissue changes, and a little from layer to layer.",
+                  "Strain and energy density over depth below the load for three directions and several frequencies")
 
 
-def _errors(results: xr.Dataset) -> Plate:
+def _errors(results: xr.Dataset) -> Figure:
     """Strain against displacement, method by method."""
     strain, displacement = errors_in_vibration(results)
     methods = [str(label) for label in results["method"].values]
@@ -192,16 +192,16 @@ def _errors(results: xr.Dataset) -> Plate:
     for k, (name, marker) in enumerate(zip(depths, DEPTH_MARKERS, strict=False)):
         shift = rows + 0.12 * (k - (len(depths) - 1) / 2)
         colours = [palette.style(label.split(":")[0]).colour for label in methods]
-        left.scatter(plate.drawable(strain[:, k]), shift, c=colours, marker=marker, s=34)
-        left.scatter(plate.drawable(displacement[:, k]), shift, facecolors="none", edgecolors=colours,
+        left.scatter(drawable(strain[:, k]), shift, c=colours, marker=marker, s=34)
+        left.scatter(drawable(displacement[:, k]), shift, facecolors="none", edgecolors=colours,
                      marker=marker, s=34)
         right.scatter(ratio[:, k], shift, c=colours, marker=marker, s=34)
         left.scatter([], [], color=palette.QUIET, marker=marker, s=34, label=name)
     left.scatter([], [], facecolors="none", edgecolors=palette.QUIET, marker="o", s=34, label="displacement (hollow)")
     for axes in (left, right):
-        plate.tidy(axes)
+        tidy(axes)
         axes.set_xscale("log")
-    plate.error_axis(left.xaxis)
+    error_axis(left.xaxis)
     left.set_xlabel("largest relative L2 error over the pad [-]")
     right.set_xlabel("strain error / displacement error [-]")
     right.axvline(1, color=palette.QUIET, linewidth=1)
@@ -211,8 +211,8 @@ def _errors(results: xr.Dataset) -> Plate:
     right.minorticks_off()
     left.set_yticks(rows, methods)
     left.invert_yaxis()
-    plate.legend_below(figure, [left], columns=5)
-    return Plate("strain-error.png", figure,
-                 "Error of reduced models against direct solves, the largest over directions and frequencies above "
-                 "zero. Filled marks: strain; hollow ones: displacement at the same points; shapes tell depths apart.",
-                 "Errors of strain and displacement by method, and their ratio")
+    legend_below(figure, [left], columns=5)
+    return Figure("strain-error.png", figure,
+                  "Error of reduced models against direct solves, the largest over directions and frequencies above "
+                  "zero. Filled marks: strain; hollow ones: displacement at the same points; shapes tell depths apart.",
+                  "Errors of strain and displacement by method, and their ratio")

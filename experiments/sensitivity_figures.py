@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from rom.fingertip import DIRECTIONS
-from rom.reporting import plate, words
-from rom.reporting.plate import Plate, sheet
+from rom.reporting import words
+from rom.reporting.figure import Figure, legend_below, sheet, tidy
 
 KINDS = {"dimension": "dimensions (table 1)", "property": "tissue properties (table 2)",
          "assumption": "assumed surface shape"}
@@ -41,12 +41,12 @@ def off_similarity(results: xr.Dataset) -> dict[str, float]:
             for key, (some, total) in groups.items()}
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """First frequency ranked, all frequencies, responses at points, responses over frequency."""
     return [_first(results), _all(results), _points(results), _curves(results)]
 
 
-def _first(results: xr.Dataset) -> Plate:
+def _first(results: xr.Dataset) -> Figure:
     ranked = ranking(results["logarithmic"].sel(mode=1))[:24]
     top = ranked[0]
     figure = sheet(7.2, f"1 % more {spoken(top)} {'raises' if top > 0 else 'lowers'} the first natural frequency by "
@@ -65,14 +65,14 @@ def _first(results: xr.Dataset) -> Plate:
     axes.set_ylim(len(ranked) - 0.4, -0.6)
     axes.axvline(0, color="black", linewidth=0.8)
     axes.set_xlabel("change of natural frequency per change of the parameter [% per %]")
-    plate.tidy(axes, "x")
+    tidy(axes, "x")
     axes.legend(loc="lower right", frameon=False)
-    return Plate("first-frequency.png", figure,
-                 "Bars: first natural frequency; lines: lowest to highest of all modes shown. The 24 largest.",
-                 "Ranked sensitivities of the first natural frequency")
+    return Figure("first-frequency.png", figure,
+                  "Bars: first natural frequency; lines: lowest to highest of all modes shown. The 24 largest.",
+                  "Ranked sensitivities of the first natural frequency")
 
 
-def _all(results: xr.Dataset) -> Plate:
+def _all(results: xr.Dataset) -> Figure:
     logarithmic = results["logarithmic"]
     largest = np.abs(logarithmic).max("mode")
     groups = {kind: ranking(largest.where(results["parameter_kind"] == kind, drop=True)) for kind in KINDS}
@@ -91,12 +91,12 @@ def _all(results: xr.Dataset) -> Plate:
         axes[kind].set_xlabel("mode, natural frequency [Hz]")
     figure.colorbar(image, ax=list(axes.values()), location="bottom", shrink=0.5, aspect=40, extend="both",
                     label="change of natural frequency per change of the parameter [% per %]")
-    return Plate("all-frequencies.png", figure, "Each cell: per cent of a natural frequency per cent of a parameter; "
-                 "rows sorted by their largest; a dot is less than 0.005.",
-                 "Sensitivity of every natural frequency to every parameter")
+    return Figure("all-frequencies.png", figure, "Each cell: per cent of a natural frequency per cent of a parameter; "
+                  "rows sorted by their largest; a dot is less than 0.005.",
+                  "Sensitivity of every natural frequency to every parameter")
 
 
-def _points(results: xr.Dataset) -> Plate:
+def _points(results: xr.Dataset) -> Figure:
     points = results["point_logarithmic"]
     largest = np.abs(points).max(("direction", "point"))
     ranked = ranking(largest)[:ROWS_OF_RESPONSE]
@@ -116,12 +116,12 @@ def _points(results: xr.Dataset) -> Plate:
         panel.axhline(0.5, color="black", linewidth=1.0)
     figure.colorbar(image, ax=list(axes), location="bottom", shrink=0.5, aspect=40, extend="both",
                     label="change of |receptance| per change of the parameter [% per %]")
-    return Plate("responses.png", figure, "Each cell: per cent of the receptance's magnitude at the loaded patch per "
-                 "cent of a parameter, at the highest peak and at five frequencies; a dot is less than 0.005.",
-                 "Sensitivity of the receptance at peaks and at five frequencies")
+    return Figure("responses.png", figure, "Each cell: per cent of the receptance's magnitude at the loaded patch per "
+                  "cent of a parameter, at the highest peak and at five frequencies; a dot is less than 0.005.",
+                  "Sensitivity of the receptance at peaks and at five frequencies")
 
 
-def _curves(results: xr.Dataset) -> Plate:
+def _curves(results: xr.Dataset) -> Figure:
     curves = results["response_logarithmic"]
     size = np.sqrt((curves**2).mean(("direction", "sweep")))
     ranked = ranking(size)[:CURVES]
@@ -140,12 +140,12 @@ def _curves(results: xr.Dataset) -> Plate:
         panel.axhline(0, color="black", linewidth=0.6)
         panel.set_title(f"{direction} force", fontsize=10)
         panel.set_xlabel("frequency [Hz]")
-        plate.tidy(panel)
+        tidy(panel)
     axes[0].set_ylabel("change of |receptance| [% per %]")
-    plate.legend_below(figure, list(axes), columns=4)
-    return Plate("response-curves.png", figure, "The six parameters with the largest mean square over band and "
-                 "directions, and the loss factor. Where a resonance moves, its flanks rise and fall.",
-                 "Sensitivity of the receptance over frequency")
+    legend_below(figure, list(axes), columns=4)
+    return Figure("response-curves.png", figure, "The six parameters with the largest mean square over band and "
+                  "directions, and the loss factor. Where a resonance moves, its flanks rise and fall.",
+                  "Sensitivity of the receptance over frequency")
 
 
 def _heat(axes, values: np.ndarray, rows: list[str], columns: list[str], limit: float = LIMIT):

@@ -8,9 +8,9 @@ from dataclasses import fields
 import numpy as np
 import xarray as xr
 
-from rom.collagen.finger import Finger
-from rom.collagen.observation import Observation
-from rom.collagen.path import PathAnswer
+from rom.finger_on_glass.finger import Finger
+from rom.finger_on_glass.observation import Observation
+from rom.finger_on_glass.path import PathAnswer
 from rom.provenance import stamp
 
 PATH, SKIN = ("position",), ("position", "skin_node")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from rom.collagen.equilibrium import FORCE_TOLERANCE, ConvergedStep, FailedStep, solve_step
-from rom.collagen.finger import Finger, OutOfPlane, tributary
-from rom.collagen.section import Section
-from rom.collagen.tissue import Tissue
+from rom.finger_on_glass.equilibrium import FORCE_TOLERANCE, ConvergedStep, FailedStep, solve_step
+from rom.finger_on_glass.finger import Finger, OutOfPlane, tributary
+from rom.finger_on_glass.section import Section
+from rom.finger_on_glass.tissue import Tissue
 
 
 def pressed(finger, depth=0.3):

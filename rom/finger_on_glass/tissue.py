@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rom.collagen.section import Section, SectionMesh
+from rom.finger_on_glass.section import Section, SectionMesh
 from rom.fingertip.shape import shown
 
 VARIANTS = ("radial", "circumferential", "random")

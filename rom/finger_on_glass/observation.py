@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rom.collagen.equilibrium import ConvergedStep
-from rom.collagen.finger import Finger, State, tributary
+from rom.finger_on_glass.equilibrium import ConvergedStep
+from rom.finger_on_glass.finger import Finger, State, tributary
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,8 @@ from rom.fingertip.shape import shown
 
 
 @dataclass(frozen=True)
-class Plate:
-    """The glass.
+class Glass:
+    """The plate that the finger is pressed on, rigid and flat.
 
     Parameters
     ----------
@@ -79,16 +79,16 @@ class ContactResponse:
         return ContactHistory(np.maximum(self.gap, 0.0), self.shear, self.relative, self.closed, self.slipping)
 
 
-def contact_response(plate: Plate, history: ContactHistory, gap: np.ndarray, relative: np.ndarray,
+def contact_response(glass: Glass, history: ContactHistory, gap: np.ndarray, relative: np.ndarray,
                      predict: bool = False) -> ContactResponse:
     """Pressure and shear at every skin node.
 
     Parameters
     ----------
-    plate : Plate
+    glass : Glass
     history : ContactHistory
     gap : (n_skin,) ndarray [mm]
-        Negative where a node has gone through the plate.
+        Negative where a node has gone through the glass.
     relative : (n_skin,) ndarray [mm]
         Displacement of the node along the plate minus the plate's own.
     predict : bool
@@ -101,13 +101,13 @@ def contact_response(plate: Plate, history: ContactHistory, gap: np.ndarray, rel
         ``shear`` acts against the node's motion along the plate; pressures in MPa, derivatives in MPa/mm.
     """
     closed = gap < 0
-    pressure = np.where(closed, -plate.normal_stiffness * gap, 0.0)
+    pressure = np.where(closed, -glass.normal_stiffness * gap, 0.0)
     touching = closed & ~history.closed
     travel = np.where(touching, history.gap - gap, 1.0)
     share = np.where(touching, -gap / travel, 1.0)  # of this step's motion, after the touch
     moved = relative - history.relative
-    trial = np.where(closed, history.shear + plate.tangential_stiffness * share * moved, 0.0)
-    limit = plate.friction * pressure
+    trial = np.where(closed, history.shear + glass.tangential_stiffness * share * moved, 0.0)
+    limit = glass.friction * pressure
     if predict:
         slipping = closed & history.slipping
         direction = np.sign(history.shear)
@@ -117,7 +117,7 @@ def contact_response(plate: Plate, history: ContactHistory, gap: np.ndarray, rel
     sticking = closed & ~slipping
     return ContactResponse(
         gap, pressure, np.where(slipping, limit * direction, trial), relative, closed, slipping,
-        pressure_by_gap=np.where(closed, -plate.normal_stiffness, 0.0),
-        shear_by_x=np.where(sticking, plate.tangential_stiffness * share, 0.0),
-        shear_by_gap=np.where(slipping, -plate.friction * plate.normal_stiffness * direction, np.where(
-            sticking & touching, -plate.tangential_stiffness * moved * history.gap / travel**2, 0.0)))
+        pressure_by_gap=np.where(closed, -glass.normal_stiffness, 0.0),
+        shear_by_x=np.where(sticking, glass.tangential_stiffness * share, 0.0),
+        shear_by_gap=np.where(slipping, -glass.friction * glass.normal_stiffness * direction, np.where(
+            sticking & touching, -glass.tangential_stiffness * moved * history.gap / travel**2, 0.0)))

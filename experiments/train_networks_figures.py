@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rom.reporting import html, palette, words
-from rom.reporting.plate import Plate, drawable, error_axis, legend_below, number_axis, sheet, tidy
+from rom.reporting.figure import Figure, drawable, error_axis, legend_below, number_axis, sheet, tidy
 
 
 def findings(results: xr.Dataset) -> list[str]:
@@ -55,7 +55,7 @@ def _sizes(results: xr.Dataset) -> str:
                      for method, size in sizes.items())
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Error over training cases, and over training time."""
     names = results["method"].values.astype(str)
     error = results["error_max"].values
@@ -83,9 +83,9 @@ def draw(results: xr.Dataset) -> list[Plate]:
         number_axis(axes.xaxis)
         tidy(axes)
     legend_below(figure, [left, right])
-    return [Plate("learning-curves.png", figure,
-                  "Left: error against the number of training cases, judged on every held-out case. Right: validation "
-                  "error while training; harmonic networks are validated on random combinations of their outputs, with "
-                  "the output layer at its optimum. Sizes, and steps where they are fewer than the committed weights "
-                  f"took: {_sizes(results)}.",
-                  "Learning curves of four networks: error against cases and against training time.")]
+    return [Figure("learning-curves.png", figure,
+                   "Left: error against the number of training cases, judged on every held-out case. Right: validation "
+                   "error while training; harmonic networks are validated on random combinations of their outputs, "
+                   "with the output layer at its optimum. Sizes, and steps where they are fewer than the committed "
+                   f"weights took: {_sizes(results)}.",
+                   "Learning curves of four networks: error against cases and against training time.")]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as MatplotlibFigure
 
 DPI = 150
 WIDTH = 10.0
@@ -27,11 +27,11 @@ SMALLEST = 1e-16
 
 
 @dataclass(frozen=True)
-class Plate:
+class Figure:
     """A figure with the words that stand by it on the page."""
 
     file: str
-    figure: Figure
+    figure: MatplotlibFigure
     caption: str
     alt: str
 
@@ -41,7 +41,7 @@ class Plate:
             self.figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
 
 
-def sheet(height: float, title: str, width: float = WIDTH) -> Figure:
+def sheet(height: float, title: str, width: float = WIDTH) -> MatplotlibFigure:
     """An empty figure, white, with what to learn from it as its title; no global state is touched."""
     from matplotlib.figure import Figure
 
@@ -128,7 +128,7 @@ def mesh_band(axes: Axes, low: float, high: float) -> None:
                      zorder=0.5, label="this mesh to a finer one, median to maximum")
 
 
-def legend_below(figure: Figure, axes: list[Axes], columns: int = 5) -> None:
+def legend_below(figure: MatplotlibFigure, axes: list[Axes], columns: int = 5) -> None:
     """One legend for all panels, without repetitions, under the figure."""
     entries: dict[str, Artist] = {}
     for panel in axes:

@@ -13,8 +13,8 @@ from math import exp
 import numba
 import numpy as np
 
-from rom.collagen.section import CORNERS, GAUSS
-from rom.collagen.tissue import FIBRE_CAP
+from rom.finger_on_glass.section import CORNERS, GAUSS
+from rom.finger_on_glass.tissue import FIBRE_CAP
 
 SMALLEST_JACOBIAN = 0.02
 
@@ -55,7 +55,7 @@ def element_response(gradients, weights, fibres, displacement, stretch_z, pressu
     Parameters
     ----------
     gradients, weights, fibres
-        As from :func:`shape_gradients` and :func:`rom.collagen.tissue.fibre_directions`.
+        As from :func:`shape_gradients` and :func:`rom.finger_on_glass.tissue.fibre_directions`.
     displacement : (n_quad, 8) ndarray [mm]
     stretch_z : float
     pressure : (n_quad,) ndarray [MPa]

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rom.collagen.finger import Finger, State
-from rom.collagen.observation import Observation, along_plate
-from rom.collagen.section import CORNERS
+from rom.finger_on_glass.finger import Finger, State
+from rom.finger_on_glass.observation import Observation, along_plate
+from rom.finger_on_glass.section import CORNERS
 from rom.fingertip.shape import shown
 
 RECEPTOR_DEPTH = 0.5

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rom.reporting.plate import Plate, legend_below, sheet, tidy
+from rom.reporting.figure import Figure, legend_below, sheet, tidy
 
 COLOURS = {"import_seconds": "#9ecae1", "answer_seconds": "#2171b5", "peak_bytes": "#777777"}
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Time and memory of each way, scene by scene."""
     middle = results[["import_seconds", "answer_seconds", "peak_bytes"]].median("repeat")
     total = middle["import_seconds"] + middle["answer_seconds"]
@@ -35,6 +35,6 @@ def draw(results: xr.Dataset) -> list[Plate]:
     axes[0, 0].set_ylabel("time [s]")
     axes[1, 0].set_ylabel("peak memory [MB]")
     legend_below(figure, list(axes.flat))
-    return [Plate("left-out.png", figure, "Lean: only what the scene needs. The others build one thing more, or "
-                  "everything. Medians of fresh processes.",
-                  "Time and memory with and without what a scene leaves out")]
+    return [Figure("left-out.png", figure, "Lean: only what the scene needs. The others build one thing more, or "
+                   "everything. Medians of fresh processes.",
+                   "Time and memory with and without what a scene leaves out")]

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from rom.fingertip import DIRECTIONS
-from rom.reporting import plate, words
-from rom.reporting.plate import Plate, sheet
+from rom.reporting import words
+from rom.reporting.figure import Figure, drawable, error_axis, legend_below, number_axis, sheet, tidy, time_axis
 from rom.vibration.resonance import highest_peak
 
 METHODS = {"galerkin": "Galerkin", "uncoupled": "real modes, uncoupled"}
@@ -23,7 +23,7 @@ def highest(results: xr.Dataset, contrast: float, direction: str) -> tuple[float
     return (np.nan, np.nan) if found is None else (found.frequency, found.height)
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Errors against contrast, modal loss factors, responses, run times."""
     return [_errors(results), _modal(results), _responses(results), _cost(results)]
 
@@ -32,7 +32,7 @@ def _ratio(results: xr.Dataset) -> np.ndarray:
     return (results["loss_factor"].max("tissue") / results["loss_factor"].min("tissue")).values
 
 
-def _errors(results: xr.Dataset) -> Plate:
+def _errors(results: xr.Dataset) -> Figure:
     worst = results["error"].max("frequency")
     galerkin, real = (float(worst.sel(model=name).max()) for name in METHODS)
     grows = (worst.sel(model="uncoupled").max("direction").diff("contrast") > 0).all()
@@ -43,26 +43,26 @@ def _errors(results: xr.Dataset) -> Plate:
     for panel, direction in zip(axes, DIRECTIONS, strict=True):
         for name, label in METHODS.items():
             colour, marker, line = LOOK[name]
-            panel.semilogy(results["contrast"], plate.drawable(worst.sel(model=name, direction=direction).values),
+            panel.semilogy(results["contrast"], drawable(worst.sel(model=name, direction=direction).values),
                            marker=marker, linestyle=line, color=colour, label=label)
         ready = results["prepared"].values == 1
-        exact = plate.drawable(worst.sel(model="galerkin", direction=direction).values[ready])
+        exact = drawable(worst.sel(model="galerkin", direction=direction).values[ready])
         panel.semilogy(results["contrast"].values[ready], exact, "o", ms=11, markerfacecolor="none",
                        markeredgecolor="black", linestyle="none", label="basis prepared for these loss factors")
         panel.set_xticks(results["contrast"].values, [f"{c:g}\n{r:.2g}:1" for c, r in zip(
             results["contrast"].values, _ratio(results), strict=True)])
         panel.set_title(f"{direction} force", fontsize=10)
         panel.set_xlabel("contrast\nlargest : smallest loss factor")
-        plate.tidy(panel)
+        tidy(panel)
     axes[0].set_ylabel("largest relative error of the field [-]")
-    plate.error_axis(axes[0].yaxis)
-    plate.legend_below(figure, list(axes), columns=3)
-    return Plate("errors.png", figure, "Against direct solutions, the largest over the frequencies solved. Contrast 1 "
-                 "is the assumed set of loss factors, 0 one loss factor for all.",
-                 "Error of reduced models against the contrast of loss factors")
+    error_axis(axes[0].yaxis)
+    legend_below(figure, list(axes), columns=3)
+    return Figure("errors.png", figure, "Against direct solutions, the largest over the frequencies solved. Contrast 1 "
+                  "is the assumed set of loss factors, 0 one loss factor for all.",
+                  "Error of reduced models against the contrast of loss factors")
 
 
-def _modal(results: xr.Dataset) -> Plate:
+def _modal(results: xr.Dataset) -> Figure:
     share = results["modal_loss_factor"]
     total = share.sum("tissue")
     figure = sheet(4.8, f"Modes mix the tissues' loss factors by strain energy: {float(total.min()):.3f} to "
@@ -90,14 +90,14 @@ def _modal(results: xr.Dataset) -> Plate:
     axes[1].set_ylabel("modal loss factor [-]")
     for panel in axes:
         panel.set_ylim(0)
-        plate.tidy(panel, "y")
-    plate.legend_below(figure, [axes[0]], columns=3)
-    return Plate("modal-loss-factors.png", figure, "Left: the assumed loss factors. Right: every mode as the tissues' "
-                 "loss factors are spread; their mean over the modes is held.",
-                 "Modal loss factors by tissue and over contrast")
+        tidy(panel, "y")
+    legend_below(figure, [axes[0]], columns=3)
+    return Figure("modal-loss-factors.png", figure, "Left: the assumed loss factors. Right: every mode as the tissues' "
+                  "loss factors are spread; their mean over the modes is held.",
+                  "Modal loss factors by tissue and over contrast")
 
 
-def _responses(results: xr.Dataset) -> Plate:
+def _responses(results: xr.Dataset) -> Figure:
     from matplotlib.ticker import LogLocator
 
     strong = float(results["contrast"].max())
@@ -122,16 +122,16 @@ def _responses(results: xr.Dataset) -> Plate:
                            markerfacecolor="white", markeredgecolor="black", linestyle="none", label="direct")
         panel.set_title(f"{direction} force", fontsize=10)
         panel.set_xlabel("frequency [Hz]")
-        plate.tidy(panel)
+        tidy(panel)
     axes[0].set_ylabel("receptance of the patch [µm/N]")
     axes[0].yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    plate.number_axis(axes[0].yaxis)
-    plate.legend_below(figure, list(axes), columns=4)
-    return Plate("responses.png", figure, "Mean displacement of the nine loaded nodes along the force, over the force.",
-                 "Receptance over frequency for equal and for unequal loss factors")
+    number_axis(axes[0].yaxis)
+    legend_below(figure, list(axes), columns=4)
+    return Figure("responses.png", figure, "Mean displacement of the nine loaded nodes along the force, over the "
+                  "force.", "Receptance over frequency for equal and for unequal loss factors")
 
 
-def _cost(results: xr.Dataset) -> Plate:
+def _cost(results: xr.Dataset) -> Figure:
     seconds = results["seconds"]
     median = seconds.median("repeat")
     direct = float(median.sel(timed="direct"))
@@ -149,8 +149,8 @@ def _cost(results: xr.Dataset) -> Plate:
     axes.set_xscale("log")
     axes.set_yticks(range(len(names)), ["direct", *METHODS.values()])
     axes.set_ylim(len(names) - 0.5, -0.8)
-    plate.time_axis(axes.xaxis)
+    time_axis(axes.xaxis)
     axes.set_xlabel("wall time of three loads at one frequency, full fields; dot: median, bars: repeats")
-    plate.tidy(axes, "x")
-    return Plate("times.png", figure, "Three loads at one frequency with the assumed loss factors.",
-                 "Run times of direct solution and reduced models")
+    tidy(axes, "x")
+    return Figure("times.png", figure, "Three loads at one frequency with the assumed loss factors.",
+                  "Run times of direct solution and reduced models")

@@ -9,7 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from rom.reporting import words
-from rom.reporting.plate import Plate, legend_below, sheet, tidy
+from rom.reporting.figure import Figure, legend_below, sheet, tidy
 from rom.reporting.skin import draw_skin
 from rom.vibration.motion import at_largest_motion, ellipse_axes
 
@@ -21,12 +21,12 @@ ROWS = (("displacement", "centroid's largest\ndisplacement over\nthe two alone a
         ("roundness", "minor over major axis of\nthe centroid's path [-]"))
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Displacement, power and travelling over the phase; the skin at four phases."""
     return [_over_phase(results), _powers(results), _skins(results)]
 
 
-def _over_phase(results: xr.Dataset) -> Plate:
+def _over_phase(results: xr.Dataset) -> Figure:
     displacement = results["peak_displacement"] / results["alone_displacement"].sum("force")
     power = results["dissipated_power"] / results["alone_power"].sum("force")
     values = {"displacement": displacement, "power": power, "travelling": results["travelling_index"],
@@ -52,14 +52,14 @@ def _over_phase(results: xr.Dataset) -> Plate:
         if j == 0:
             panel.set_ylabel(ROWS[i][1])
     legend_below(figure, list(axes.flat))
-    return Plate("phase.png", figure, "Two equal forces. Above: the largest displacement of the fingerprint centroid "
-                 "within a cycle; 1 is full constructive, 0 full destructive interference. Middle: power lost to "
-                 "damping; above 1 the forces help, below they hinder each other. Below: 0 is a standing, 1 a "
-                 "travelling motion; the centroid's path is a line at 0, a circle at 1.",
-                 "Displacement, power and travelling index over the phase difference")
+    return Figure("phase.png", figure, "Two equal forces. Above: the largest displacement of the fingerprint centroid "
+                  "within a cycle; 1 is full constructive, 0 full destructive interference. Middle: power lost to "
+                  "damping; above 1 the forces help, below they hinder each other. Below: 0 is a standing, 1 a "
+                  "travelling motion; the centroid's path is a line at 0, a circle at 1.",
+                  "Displacement, power and travelling index over the phase difference")
 
 
-def _powers(results: xr.Dataset) -> Plate:
+def _powers(results: xr.Dataset) -> Figure:
     share = results["input_power"] / results["alone_power"]
     taken = int((share.min("force") < 0).isel(phase=slice(None, -1)).sum())
     total = share.isel(phase=slice(None, -1), force=0).size
@@ -79,11 +79,11 @@ def _powers(results: xr.Dataset) -> Plate:
         panel.set_title(str(results["layout"].values[j]), fontsize=10)
     axes[0].set_ylabel("power put in over the same force's alone [-]")
     legend_below(figure, list(axes))
-    return Plate("power.png", figure, "Mean power that each force puts in, over what it puts in alone at the same "
-                 "frequency.", "Power of each force over the phase difference")
+    return Figure("power.png", figure, "Mean power that each force puts in, over what it puts in alone at the same "
+                  "frequency.", "Power of each force over the phase difference")
 
 
-def _skins(results: xr.Dataset) -> Plate:
+def _skins(results: xr.Dataset) -> Figure:
     rest = 1e3 * np.stack([results[f"skin_{axis}"].values for axis in "xyz"], axis=1)
     quads, loads = results["skin_quads"].values, results["load_node"].values
     span = results["pad_displacement"].max("phase") / results["pad_displacement"].min("phase")
@@ -109,7 +109,7 @@ def _skins(results: xr.Dataset) -> Plate:
                              transform=panel.transAxes, va="top", fontsize=9.5, fontweight="bold")
     bar = figure.colorbar(ScalarMappable(norm, "viridis"), ax=grid, location="bottom", shrink=0.5, aspect=45, pad=0.03)
     bar.set_label("largest displacement within a cycle, over the row's largest [-]", fontsize=9)
-    return Plate("skin.png", figure, "The skin at four phase differences, each layout at the frequency where the phase "
-                 "changes the pad's mean motion most; drawn at the instant of largest motion, exaggerated, one scale a "
-                 "row. Black dots: centres of the loaded patches.",
-                 "Skin coloured by displacement over layout and phase difference")
+    return Figure("skin.png", figure, "The skin at four phase differences, each layout at the frequency where the "
+                  "phase changes the pad's mean motion most; drawn at the instant of largest motion, exaggerated, one "
+                  "scale a row. Black dots: centres of the loaded patches.",
+                  "Skin coloured by displacement over layout and phase difference")
