@@ -99,6 +99,14 @@ class SecondOrderModel:
         other._static = other._harmonic = other._harmonic_case = None
         return other
 
+    def forget_harmonic(self) -> None:
+        """Let the factor of Z go, symbolic phase and all: the next one owes nothing to earlier cases."""
+        self._harmonic = self._harmonic_case = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Matrices alone: factors live in the solver's memory and are made again where they are needed."""
+        return {**vars(self), "_static": None, "_harmonic": None, "_harmonic_case": None}
+
     @property
     def n(self) -> int:
         """Number of degrees of freedom."""

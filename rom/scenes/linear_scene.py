@@ -23,6 +23,8 @@ from rom.scenes.scene import Answers, Scene
 
 RESIDUAL_LIMIT = 1e-10
 """Largest relative residual ||Z u - f|| / ||f|| with which an answer is stored as truth."""
+SMALLEST_SINGLE = 1e-25
+"""Displacement [m] below which float32 answers are refused: coordinates a million times smaller lose digits there."""
 PIECE_CASES = 64
 """Cases, about, that are solved together when a dataset is made."""
 FREQUENCY = Input("frequency", "Hz", "excitation frequency", "excitation frequency")
@@ -108,6 +110,7 @@ class LinearScene(Scene):
     """
 
     record = RECORD
+    has_residual = True
 
     def __init__(self, body: Body, loads: Loads | Callable[[], Loads], question: Question | None = None, *,
                  name: str | None = None, frequency: tuple[float, float] = (1.0, 300.0),
@@ -130,10 +133,11 @@ class LinearScene(Scene):
     def __repr__(self) -> str:
         return f"<{self.name}: {self.body.name}, outputs {self.outputs}>"
 
-    def with_outputs(self, outputs: str) -> LinearScene:
-        """The same scene that wants other outputs, on a model of its own: nothing that was made is shared."""
-        return LinearScene(self.body.afresh(), self._loads, self.asked, population=self.population, outputs=outputs,
-                           part=self._part, identity=self._identity, parameters=self._parameters)
+    def afresh(self, outputs: str | None = None) -> LinearScene:
+        """The same scene on a model of its own, with nothing factorised yet; it may want other outputs."""
+        return LinearScene(self.body.afresh(), self._loads, self.asked, population=self.population,
+                           outputs=outputs or self.outputs, part=self._part, identity=self._identity,
+                           parameters=self._parameters)
 
     # ---- the model ------------------------------------------------------------------------------------------
 
@@ -285,9 +289,10 @@ class LinearScene(Scene):
         coordinates = self._part_coordinates if part else self._whole_coordinates
         answer = self.stripped(cases)
         quantity = self.quantities["displacement"]
-        if self.grid is not None:
-            answers = answers.reshape(len(answers), -1, len(self.grid.components)) if part \
-                else self.grid.on_all_nodes(answers)
+        if not part:
+            answers = self.whole(answers)
+        elif self.grid is not None:
+            answers = answers.reshape(len(answers), -1, len(self.grid.components))
         answer["displacement"] = (("case", *quantity.dims), answers, quantity.attributes)
         return answer.assign_coords(coordinates)
 
@@ -327,7 +332,37 @@ class LinearScene(Scene):
         array = answer["displacement"].transpose("case", *self.quantities["displacement"].dims).values
         return array if self.grid is None else self.grid.at_free(array)
 
+    # ---- what methods learn from ------------------------------------------------------------------------------
+
+    def kinds(self, cases: CaseArrays) -> np.ndarray:
+        return np.where(cases.force != 0.0, cases.node, -1)
+
+    def numbers(self, cases: CaseArrays) -> dict[str, np.ndarray]:
+        return {"frequency": cases.frequency, "loss_factor": cases.loss_factor} if self.harmonic else {}
+
+    @property
+    def doubts(self) -> tuple[str, ...]:  # type: ignore[override]
+        return self.body.doubts
+
+    def check_answers(self, cases: CaseArrays, answers: np.ndarray, method: str) -> dict[str, tuple]:
+        bad = ~np.isfinite(answers).all(axis=1)
+        if bad.any():
+            raise SolverError(f"case {int(np.argmax(bad))} has no finite answer by {method}: an undamped resonance or an "
+                              "overflow; give a loss factor above zero, or a smaller force")
+        if answers.dtype.itemsize < np.result_type(answers.dtype, np.float64).itemsize:
+            lost = (np.abs(answers).max(axis=1) < SMALLEST_SINGLE) & (cases.force != 0.0).any(axis=1)
+            if lost.any():
+                raise ValueError(f"case {int(np.argmax(lost))} moves less than {SMALLEST_SINGLE:g} m, which single "
+                                 "precision cannot resolve: give precision='float64', or a larger force")
+        return {}
+
     # ---- the truth ------------------------------------------------------------------------------------------
+
+    def begin_piece(self) -> None:
+        self.model.forget_harmonic()
+
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        return values if self.grid is None else self.grid.on_all_nodes(values)
 
     def groups(self, cases: CaseArrays) -> list[np.ndarray]:
         """Index arrays of cases that one factorization serves."""
@@ -383,7 +418,7 @@ class LinearScene(Scene):
         """Frequency [Hz] and loss factor of the first case; nothing in statics."""
         return (float(cases.frequency[0]), float(cases.loss_factor[0])) if self.harmonic else ()
 
-    def errors(self, answers: np.ndarray, truth: np.ndarray) -> dict[str, np.ndarray]:
+    def errors(self, cases: CaseArrays, answers: np.ndarray, truth: np.ndarray) -> dict[str, np.ndarray]:
         return {"displacement": relative_errors(answers, truth)}
 
     # ---- which cases ----------------------------------------------------------------------------------------

@@ -62,8 +62,19 @@ class Scene(ABC):
     part_words: str = "chosen outputs"
     """The same in words."""
     case_noun: str = "case"
+    error_definition: str = "||u_hat - u|| / ||u|| over all degrees of freedom"
+    error_definitions: dict[str, str] = {}
+    """Errors that are told beside the one by which methods are judged, in words."""
+    kind_noun: str = "load"
+    """What :meth:`kinds` counts."""
+    kinds_apart: bool = False
+    """Whether methods learn each kind by itself."""
+    has_residual: bool = False
+    """Whether an answer's error can be bounded from its residual."""
     harmonic: bool = False
     grid: Grid | None = None
+    doubts: tuple[str, ...] = ()
+    """Why answers are not to be trusted, whatever the method."""
 
     @property
     def quantity(self) -> str:
@@ -111,6 +122,14 @@ class Scene(ABC):
         """
 
     @abstractmethod
+    def stripped(self, cases: xr.Dataset) -> xr.Dataset:
+        """Cases without what a stored dataset holds beside: answers, and what it says of them."""
+
+    @abstractmethod
+    def values(self, answer: xr.Dataset) -> Any:
+        """Plain answers of labelled whole ones: the inverse of :meth:`label`."""
+
+    @abstractmethod
     def coordinates(self) -> dict[str, tuple]:
         """Coordinates of whole answers: ids, components, positions."""
 
@@ -136,6 +155,37 @@ class Scene(ABC):
             raise SchemaError(f"{source} belongs to another body or mesh, or to other loads ({str(digest)[:12]} instead "
                               f"of {self.content_hash[:12]}): make it again for this one")
 
+    # ---- what methods learn from ------------------------------------------------------------------------------
+
+    def complete(self, train: xr.Dataset) -> xr.Dataset:
+        """The training cases that have a whole answer.
+
+        Raises
+        ------
+        ValueError
+            Where none has, or a value is not finite that must be.
+        """
+        if not np.isfinite(train[self.quantity].values).all():
+            raise ValueError(f"the training {self.quantity} holds a value that is not finite: drop that case")
+        return train
+
+    @abstractmethod
+    def kinds(self, cases: Any) -> np.ndarray:
+        """(n_case, k) ndarray of int: which loads or variants each case has, -1 where it has fewer."""
+
+    @abstractmethod
+    def numbers(self, cases: Any) -> dict[str, np.ndarray]:
+        """(n_case,) ndarrays of the inputs over which methods interpolate, by name."""
+
+    def check_answers(self, cases: Any, answers: Any, method: str) -> dict[str, tuple]:
+        """What `predict` says beside the answers; SolverError or ValueError for answers that must not be given."""
+        return {}
+
+    @property
+    def mesh_hash(self) -> str:
+        """Changes with the mesh."""
+        return self.content_hash
+
     # ---- the truth ------------------------------------------------------------------------------------------
 
     @abstractmethod
@@ -143,14 +193,31 @@ class Scene(ABC):
         """The full-order model's answers, and what :attr:`record` lists of them."""
 
     @abstractmethod
-    def errors(self, answers: Any, truth: Any) -> dict[str, np.ndarray]:
-        """How wrong answers are: the relative error of each case by which methods are judged, first; then others.
+    def errors(self, cases: Any, answers: Any, truth: Any) -> dict[str, np.ndarray]:
+        """How wrong answers are: the relative error by which methods are judged first, then others by name.
 
         Parameters
         ----------
+        cases : Cases
         answers, truth : Answers or ndarray
-            Of the same cases, whole fields.
+            Whole fields.
+
+        Returns
+        -------
+        dict of (n_case, ...) ndarray
+            The largest along further axes is the error of a case; NaN where there is no truth.
         """
+
+    def afresh(self) -> Self:
+        """The same scene with nothing factorised yet: nobody profits from what another one made."""
+        return self
+
+    def begin_piece(self) -> None:
+        """Forget what an earlier piece left that could change the bits of the next one."""
+
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        """Plain answers of the judged quantity with the dimensions that a dataset has."""
+        return values
 
     def pieces(self, cases: Any) -> list[np.ndarray]:
         """Index arrays of cases that are solved together, when a dataset is made."""
