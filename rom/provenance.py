@@ -57,10 +57,11 @@ def usable_cores() -> int:
 
 @cache
 def source_digest(*parts: str) -> str:
-    """sha256 over the package's source files below ``parts`` (folders or files relative to the package)."""
+    """sha256 over the package's source files below ``parts`` (folders or files relative to the package; absolute
+    paths of files beside it)."""
     digest = hashlib.sha256()
     for path in _sources(parts):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode())
+        digest.update(os.path.relpath(path, PACKAGE).encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
