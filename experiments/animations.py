@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import script
 import xarray as xr
+from presentation.animation import DRAWN_AS, Vibration, film
+from presentation.interactive import write_interactive
 
 from rom.fingertip import DIRECTIONS
 from rom.fullorder import SecondOrderModel
 from rom.reporting import words
-from rom.reporting.animation import DRAWN_AS, Vibration, film
 from rom.reporting.figure import Figure, sheet
-from rom.reporting.interactive import write_interactive
 from rom.reporting.skin import PALMAR, draw_skin
 from rom.scenes.scene import AXES
 

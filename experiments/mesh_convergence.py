@@ -12,18 +12,18 @@ from dataclasses import replace
 import numpy as np
 import script
 import xarray as xr
-
-from rom.fingertip import PRESETS, Fingertip, MeshDensity
-from rom.reporting.figure import Figure
-from rom.reporting.mesh_convergence import (
+from analysis.convergence import extrapolate
+from analysis.mesh_ladder import LADDER, QUICK_LADDER, modes_on
+from presentation.mesh_convergence import (
     FITTED,
     STUDIED,
     convergence_figures,
     convergence_findings,
     convergence_tables,
 )
-from rom.vibration.convergence import extrapolate
-from rom.vibration.mesh_ladder import LADDER, QUICK_LADDER, modes_on
+
+from rom.fingertip import PRESETS, Fingertip, MeshDensity
+from rom.reporting.figure import Figure
 from rom.vibration.mode_pairing import pair_modes
 from rom.vibration.published import published, published_frequencies
 

@@ -1,7 +1,7 @@
 """Which natural modes carry a vibrating force on the finger pad, direction by direction and frequency by frequency.
 
-Shares of strain energy, after the modes' orthogonality (rom/vibration/participation.py); what the kept modes leave is
-the residual, which a truncated superposition loses.
+Shares of strain energy, after the modes' orthogonality (`analysis.participation`); what the kept modes leave is the residual,
+which a truncated superposition loses.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import script
 import xarray as xr
+from analysis.participation import energy_shares, participation, static_shares
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
@@ -20,7 +21,6 @@ from rom.reporting.figure import Figure, legend_below, sheet, tidy
 from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import frequency_response, sweep_cases
 from rom.vibration.parity import parity
-from rom.vibration.participation import energy_shares, participation, static_shares
 
 MODES, VECTORS = 12, 10
 TABLED = (50.0, 100.0, 150.0, 200.0, 250.0)

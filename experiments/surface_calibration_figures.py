@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from presentation.published_facts import FREQUENCY_TOLERANCE, VOLUME_TOLERANCE
 
 from rom.reporting import html, words
 from rom.reporting.figure import Figure, legend_below, sheet, tidy
-from rom.reporting.published_facts import FREQUENCY_TOLERANCE, VOLUME_TOLERANCE
 
 TOLERANCE = {"volume": VOLUME_TOLERANCE, "mode_1": FREQUENCY_TOLERANCE[1], "mode_2": FREQUENCY_TOLERANCE[2],
              "mode_4_about": FREQUENCY_TOLERANCE[4], "mode_7": FREQUENCY_TOLERANCE[7], "mode_8": FREQUENCY_TOLERANCE[8]}

@@ -63,11 +63,11 @@ def source_digest(*modules: str) -> str:
     Parameters
     ----------
     *modules : str
-        Dotted names, such as ``"rom.metamodels.modal"``; of another package's modules that file alone is read.
+        Dotted names, such as ``"rom.metamodels.modal"``, or paths of files beside the package.
     """
     digest = hashlib.sha256()
     for name in import_closure(*modules):
-        digest.update(name.encode())
+        digest.update(os.path.basename(name).encode())
         digest.update(_source(name) or b"")
     return digest.hexdigest()
 
@@ -82,7 +82,7 @@ def import_closure(*modules: str) -> tuple[str, ...]:
         source = _source(name)
         if name not in found and source is not None:
             found.add(name)
-            waiting += _imports(source) if name.partition(".")[0] == PACKAGE.name else []
+            waiting += _imports(source)
     return tuple(sorted(found))
 
 
@@ -104,9 +104,10 @@ def _imports(source: bytes) -> list[str]:
 @cache
 def _source(name: str) -> bytes | None:
     """The source of a module; None where there is no such file."""
-    if name.partition(".")[0] != PACKAGE.name:
-        found = sys.modules.get(name)
-        path = Path(getattr(found, "__file__", None) or "")
+    if name.endswith(".py"):
+        return Path(name).read_bytes()
+    if name.partition(".")[0] != PACKAGE.name:  # a third party's method or scene: that file alone
+        path = Path(getattr(sys.modules.get(name), "__file__", None) or "")
         return path.read_bytes() if path.suffix == ".py" and path.is_file() else None
     path = PACKAGE.parent.joinpath(*name.split("."))
     for file in (path.with_suffix(".py"), path / "__init__.py"):

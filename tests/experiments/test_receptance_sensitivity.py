@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis.receptance_sensitivity import receptance_sensitivity, reduced_receptance_sensitivity
+from analysis.tissue_damped_rom import TissueDampedModel
 
 from rom.fullorder import SecondOrderModel
 from rom.vibration.matrix_derivatives import projected_derivatives
 from rom.vibration.parameters import parameters, with_parameter
-from rom.vibration.receptance_sensitivity import receptance_sensitivity, reduced_receptance_sensitivity
-from rom.vibration.tissue_damped_rom import TissueDampedModel
 from rom.vibration.tissue_damping import ASSUMED_LOSS_FACTORS, damped_model
 
 STEP = 2e-5

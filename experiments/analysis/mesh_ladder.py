@@ -45,7 +45,7 @@ QUICK_LADDER = (
 )
 """Three coarse rungs, to see that everything runs."""
 SOURCES = ("fingertip", "fullorder", *(f"vibration/{name}.py" for name in (
-    "mesh_ladder", "modal_analysis", "mode_pairing", "parity", "skin_motion")))
+    "modal_analysis", "mode_pairing", "parity", "skin_motion")))
 """What a rung's content depends on beside its settings."""
 
 
@@ -76,9 +76,9 @@ def modes_on(tip: Fingertip, reference: MeshDensity, count: int) -> xr.Dataset:
         If the process fails; with its last words.
     """
     task = {"fingertip": tip.to_dict(), "reference": reference.to_dict(), "count": count}
-    path = cached_path("mesh-convergence", task | {"source": source_digest(*SOURCES)})
+    path = cached_path("mesh-convergence", task | {"source": source_digest(__file__)})
     if not path.is_file():
-        words = [sys.executable, "-m", "rom.vibration.mesh_ladder", json.dumps(task), str(path)]
+        words = [sys.executable, __file__, json.dumps(task), str(path)]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode or not path.is_file():
             last = (done.stderr.strip().splitlines() or ["no message: perhaps there was not enough memory"])[-1]

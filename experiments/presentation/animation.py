@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -189,14 +189,6 @@ def film(
             surface.set_verts((position + one.at(phase) * DRAWN_AS / one.size.max())[quads])
 
     return Film(file, figure, caption, alt, show, frames, seconds)
-
-
-def write_gif(path: str | Path, position: np.ndarray, quads: np.ndarray, vibrations: Sequence[Vibration],
-              **options: Any) -> Path:
-    """Write a `film`, whole or not at all; its arguments."""
-    path = Path(path)
-    film(path.name, position, quads, vibrations, **options).write(path.parent)
-    return path
 
 
 def _palette() -> Image:

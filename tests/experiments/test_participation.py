@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from analysis.participation import coordinates, energy_shares, participation, static_shares
 
 from rom.metamodels import create
 from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
-from rom.vibration.participation import coordinates, energy_shares, participation, static_shares
 
 ETA = 0.1
 

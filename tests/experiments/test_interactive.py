@@ -9,10 +9,9 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-
-from rom.reporting import interactive
-from rom.reporting.animation import Vibration
-from rom.reporting.interactive import write_interactive
+from presentation import interactive
+from presentation.animation import Vibration
+from presentation.interactive import write_interactive
 
 
 class Parts(HTMLParser):

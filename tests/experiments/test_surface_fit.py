@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from analysis.surface_fit import FAMILY, LABELS, TOLERANCE, Facts, characteristics, fit_surface, residuals
 
 from rom.errors import AnatomyError
 from rom.fingertip import Anatomy, MeshDensity
-from rom.vibration.surface_fit import FAMILY, LABELS, TOLERANCE, Facts, characteristics, fit_surface, residuals
 
 COARSE = MeshDensity((6, 6), 3, 3, (1, 1, 1, 1))
 NO_CORRECTION = (np.ones((2, len(LABELS))), 1.0)

@@ -5,13 +5,13 @@ import subprocess
 
 import numpy as np
 import pytest
+from analysis import mesh_ladder
+from analysis.convergence import extrapolate
+from analysis.mesh_ladder import LADDER, QUICK_LADDER, modes_on, node_count
 
 from rom.errors import SolverError
 from rom.fingertip import PRESETS, Fingertip
 from rom.fullorder import natural_modes
-from rom.vibration import mesh_ladder
-from rom.vibration.convergence import extrapolate
-from rom.vibration.mesh_ladder import LADDER, QUICK_LADDER, modes_on, node_count
 
 WIDTH = np.array([1.0, 0.8, 0.63, 0.5, 0.4])
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from presentation.published_facts import facts
 from rom.reporting import html, words
-from rom.reporting.published_facts import facts
 from rom.vibration.mode_shapes import DESCRIPTIONS, MEASURES
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from PIL import Image
-
-from rom.reporting.animation import Vibration, write_gif
+from presentation.animation import Vibration, film
 
 
 @pytest.fixture
@@ -20,13 +19,17 @@ def swing(position, factor=1.0):
     return u
 
 
-def frames(path):
+def shown(folder, *what, **options):
+    """Frames of a film (frame, row, column, colour), what its file says of itself, and its size [byte]."""
+    one = film("a.gif", *what, **options)
+    one.write(folder)
+    path = folder / one.file
     with Image.open(path) as image:
         shots = []
         for k in range(image.n_frames):
             image.seek(k)
             shots.append(np.asarray(image.convert("RGB")).astype(int))
-        return np.array(shots), image.info
+        return np.array(shots), image.info, path.stat().st_size
 
 
 def test_a_free_mode_moves_as_a_sine_and_a_forced_one_as_its_real_part():
@@ -41,9 +44,8 @@ def test_a_free_mode_moves_as_a_sine_and_a_forced_one_as_its_real_part():
 
 def test_the_cycle_is_drawn_once_and_comes_back(skin, tmp_path):
     position, quads = skin
-    path = write_gif(tmp_path / "a.gif", position, quads, [Vibration("Mode 1", swing(position))], title="One mode",
-                     frames=8)
-    shots, info = frames(path)
+    shots, info, _ = shown(tmp_path, position, quads, [Vibration("Mode 1", swing(position))], title="One mode",
+                           frames=8)
     assert len(shots) == 8 and info["loop"] == 0
     # a sine: at rest at 0 and half a cycle, furthest out a quarter of it later, symmetric about that
     moved = np.array([np.abs(shot - shots[0]).sum() for shot in shots])
@@ -55,9 +57,8 @@ def test_panels_are_in_step_and_the_file_is_small(skin, tmp_path):
     position, quads = skin
     both = [Vibration("in phase", swing(position, 1 + 0j)), Vibration("a quarter later", swing(position, -1j)),
             Vibration("in phase, larger", swing(position, 7 + 0j))]
-    path = write_gif(tmp_path / "a.gif", position, quads, both, title="Three", columns=3, frames=8)
-    shots, _ = frames(path)
-    assert path.stat().st_size < 3e6 / 5
+    shots, _, size = shown(tmp_path, position, quads, both, title="Three", columns=3, frames=8)
+    assert size < 3e6 / 5
     left, middle, right = (shots[:, 60:-80, k * 240 + 5:(k + 1) * 240 - 5] for k in range(3))
     still = [np.abs(np.diff(part, axis=0, append=part[:1])).sum(axis=(1, 2, 3)) for part in (left, middle, right)]
     # velocity is least between the frames about the turning points, which lie a quarter of a cycle (2 frames) apart
@@ -79,5 +80,5 @@ def test_bad_arguments_are_refused_and_leave_no_file(skin, tmp_path):
     for given, options, words in (([], {}, "no vibration"), ([mode], {"frames": 2}, "too few"),
                                   ([Vibration("other", np.ones((7, 3)))], {}, "7 nodes")):
         with pytest.raises(ValueError, match=words):
-            write_gif(tmp_path / "a.gif", position, quads, given, title="", **options)
+            shown(tmp_path, position, quads, given, title="", **options)
     assert not list(tmp_path.iterdir())

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from presentation.animation import COLOURS, DRAWN_AS, Vibration, check
 from rom.datasets.storage import whole_file
 from rom.reporting import html
-from rom.reporting.animation import COLOURS, DRAWN_AS, Vibration, check
 
 SCENE = "scene"
 """Id of the drawing in the page."""
