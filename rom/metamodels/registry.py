@@ -7,9 +7,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from rom.checks import shown
 from rom.datasets.storage import open_netcdf
 from rom.errors import SchemaError
-from rom.fingertip.shape import shown
 from rom.scenes import CONTACT_SCENES, FingerOnGlass, Scene
 
 METHODS: dict[str, tuple[str, str]] = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from rom.checks import shown
 from rom.fingertip import Fingertip
-from rom.fingertip.shape import shown
 from rom.scenes.cases import NO_FORCE, CaseArrays
 from rom.scenes.finger_on_glass import FingerOnGlass
 from rom.scenes.harmonic_patch_forces import HarmonicPatchForces

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from rom.checks import shown
 from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
 from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
-from rom.fingertip.shape import shown
 from rom.scenes.paths import PathArrays, label_paths, read_paths
 
 if TYPE_CHECKING:

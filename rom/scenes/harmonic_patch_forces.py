@@ -15,8 +15,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rom.checks import shown
 from rom.fingertip import DIRECTIONS
-from rom.fingertip.shape import shown
 from rom.scenes.cases import NO_FORCE, CaseArrays, finite, positions_of
 from rom.scenes.scene import Scene
 

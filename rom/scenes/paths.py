@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from rom.checks import shown
 from rom.finger_on_glass.tissue import VARIANTS
-from rom.fingertip.shape import shown
 
 NUMBERS = {"c": "Pa", "k1": "Pa", "friction": "1", "normal_force": "N"}
 """Inputs of a path beside its variant, with their units."""

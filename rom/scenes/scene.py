@@ -16,8 +16,8 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from rom.checks import shown
 from rom.fingertip import Anatomy, Fingertip, MeshDensity
-from rom.fingertip.shape import shown
 from rom.fullorder import SecondOrderModel
 from rom.scenes.cases import LOAD_VARIABLES, NO_FORCE, CaseArrays, check_shapes, finite, positions_of
 

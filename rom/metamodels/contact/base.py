@@ -12,11 +12,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
+from rom.checks import shown
 from rom.datasets.contact_schema import check_paths, label_answers, wanted
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import NotFittedError, SchemaError
 from rom.finger_on_glass.tissue import VARIANTS
-from rom.fingertip.shape import shown
 from rom.metamodels.contact.ranges import PathRange
 from rom.metamodels.metamodel import MODEL_VERSION
 from rom.metamodels.validity import ValidityWarning

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from rom.checks import shown
 from rom.datasets.contact_schema import area_between, shape_of, wanted
 from rom.datasets.path_solutions import METRE, PASCAL
 from rom.finger_on_glass.observation import along_plate, contact_edges
 from rom.finger_on_glass.path import VISCOSITIES
 from rom.finger_on_glass.tissue import VARIANTS
-from rom.fingertip.shape import shown
 from rom.metamodels.contact.base import Answers, ContactMetamodel
 from rom.metamodels.contact.hyper_reduction import ReducedSpace, learn_space, reduce, sampled, select_points
 from rom.metamodels.contact.reduced_equations import Constants, ReducedFinger
@@ -228,49 +228,11 @@ class ContactGalerkin(ContactMetamodel):
             found[i] = ((rows @ vectors) @ vectors.T).reshape(displacement[i].shape)
         return found
 
-    def full_residual(self, paths: PathArrays) -> np.ndarray:
-        """Indicator without a reference: what the full model's equilibrium misses at the reduced states.
-
-        One full assembly a position: dearer than the answer itself.
-
-        Parameters
-        ----------
-        paths : PathArrays
-
-        Returns
-        -------
-        (n_path, n_position) ndarray
-            Norm of the nodes' unbalanced forces under the reduced tractions, over that of the bone's reaction.
-        """
-        from dataclasses import replace
-
-        self._check_fitted()
-        answer = np.full((len(paths), self.scene.n_positions), np.nan)
-        for i in range(len(paths)):
-            finger, one = self.scene.finger(paths, i), self.variants[int(paths.variant[i])]
-            found = self._follow(paths, i)
-            skin, length = finger.mesh.skin_nodes[one.space.skin], finger.skin_length[one.space.skin]
-            free = finger.free_rows[finger.free_rows < finger.stretch_row]
-            for k in range(found.reached):
-                state = replace(finger.at_rest(), displacement=(one.space.vectors @ found.q[k]).reshape(-1, 2),
-                                stretch_z=float(found.stretch_z[k]), plate_y=-1e3,  # no contact of its own
-                                pressure=one.space.pressures @ found.pressure_coordinates[k])
-                force = finger.residual(state, state.contact, None).force
-                force[2 * skin] += length * found.shear[k]
-                force[2 * skin + 1] -= length * found.pressure[k]
-                answer[i, k] = np.linalg.norm(force[free]) / np.linalg.norm(force[finger.held_rows])
-        return answer
-
     # ---- files ----------------------------------------------------------------------------------------------
 
     @property
     def model_bytes(self) -> int:
         return sum(array.nbytes for one in self.variants.values() for array in (*one.finger, one.space.vectors))
-
-    @property
-    def sampled_points(self) -> dict[str, tuple[int, int]]:
-        """For each variant the number of sampled integration points, and of elements in which they lie."""
-        return {VARIANTS[v]: (len(one.points), len(np.unique(one.points // 4))) for v, one in self.variants.items()}
 
     def _state(self) -> xr.Dataset:
         data: dict[str, Any] = {}
