@@ -18,7 +18,6 @@ import scipy.sparse.linalg as spl
 
 from rom.finger_on_glass.finger import Finger
 from rom.metamodels.finger_on_glass.reduced_equations import (
-from rom.metamodels.pod_space import pod
     Constants,
     Contact,
     ReducedFinger,
@@ -26,6 +25,7 @@ from rom.metamodels.pod_space import pod
     isochoric,
     volumes,
 )
+from rom.metamodels.pod_space import pod
 
 SAMPLED_STATES = 80
 """Training states whose forces the sampled points have to meet."""
