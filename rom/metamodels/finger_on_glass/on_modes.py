@@ -15,7 +15,7 @@ from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, no
 from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
 from rom.metamodels.finger_on_glass.pod import FIELDS, SCALARS, PathSpace
 from rom.metamodels.finger_on_glass.registration import Registration, slip_onset
-from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.metamodel import Metamodel, Needs
 from rom.metamodels.stored import Stored
 from rom.scenes import Answers, Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
@@ -53,6 +53,10 @@ class OnModes(Metamodel):
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
         return not_on_glass(scene)
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False)
 
     def __init__(self, scene: FingerOnGlass, rank: int | None, registration: str, **settings: Any) -> None:
         choice("registration", registration, REGISTRATIONS)
