@@ -12,8 +12,9 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from rom.datasets.schema import PARTS, check_schema, decode_complex, encode_complex, to_parts
+from rom.datasets.schema import check_schema
 from rom.errors import SchemaError
+from rom.scenes.complex_parts import PART, decode_complex, encode_complex, to_parts
 
 MOST_BYTES = 16e9
 """Of fields put together from a reduced file at once."""
@@ -102,7 +103,7 @@ def write_in_blocks(frame: xr.Dataset, path: str | Path, name: str, dims: tuple[
     parts = np.issubdtype(dtype, np.complexfloating)
     if parts:
         dims = (*dims, "part")
-        frame = frame.assign_coords(part=("part", PARTS, {"long_name": "part of a complex number"}))
+        frame = frame.assign_coords(part=PART)
     with whole_file(path) as temporary:
         try:
             frame.to_netcdf(temporary, engine="netcdf4")
