@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 export ROM_CACHE ?= $(CURDIR)/.cache
 
-EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py experiments/interactive_page.py %_plates.py,$(wildcard experiments/*.py))
+EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py experiments/interactive_page.py %_figures.py,$(wildcard experiments/*.py))
 
 .PHONY: report report-quick serve experiments experiments-quick test test-browser measure-page test-all lint clean
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -50,7 +51,7 @@ class Body:
     def __init__(self, stiffness: Any, mass: Any = None, *, dof_names: Any = None, grid: Grid | None = None,
                  name: str = "body", doubts: tuple[str, ...] = (), **options: Any) -> None:
         self.__dict__.update(model=SecondOrderModel(stiffness, mass, **options), grid=grid, doubts=tuple(doubts))
-        self.name = name
+        self.name, self.has_mass = name, mass is not None
         names = np.arange(self.model.n) if dof_names is None else np.asarray(dof_names)
         if names.shape != (self.model.n,) or len(np.unique(names)) != len(names):
             raise ValueError(f"{len(names)} names, {len(np.unique(names))} of them different, were given for "
@@ -74,9 +75,18 @@ class Body:
         """Why answers of this body are not to be trusted, whatever the method."""
         return ()
 
-    def coarser(self, scale: float) -> Coarser | None:
-        """The same body with ``scale`` times as many elements along each edge; None where there is no other mesh."""
-        return None
+    has_coarser: bool = False
+    """Whether there is another mesh of the same body."""
+
+    def coarser(self, scale: float) -> Coarser:
+        """The same body with ``scale`` times as many elements along each edge; ValueError where there is no other."""
+        raise ValueError(f"{self.name} has no other mesh: leave out the methods that solve on one")
+
+    def afresh(self) -> Body:
+        """The same body with nothing factorised yet."""
+        other = copy.copy(self)
+        other.__dict__["model"] = self.model.afresh()
+        return other
 
     @cached_property
     def content_hash(self) -> str:

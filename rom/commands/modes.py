@@ -119,8 +119,8 @@ def _skin(found: ModalAnalysis) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _write_figure(found: ModalAnalysis, path: Path) -> None:
+    from rom.reporting.figure import Figure
     from rom.reporting.mode_shapes import Shape, magnitude_sheet
-    from rom.reporting.plate import Plate
 
     skin = found.field[:, found.fingertip.mesh.skin_nodes]
     shapes = [Shape(f"mode {k + 1}: {frequency:.1f} Hz\n({found.parity[k]})", skin[k])
@@ -129,7 +129,7 @@ def _write_figure(found: ModalAnalysis, path: Path) -> None:
     first, last = found.modes.frequency_hz[[0, -1]]
     title = f"Modes 1 to {len(shapes)}, {first:.1f} to {last:.1f} Hz ({tip.formulation}, rear {tip.rear})"
     figure = magnitude_sheet(title, *_skin(found), shapes)
-    Plate(path.name, figure, "", "").write(path.parent)
+    Figure(path.name, figure, "", "").write(path.parent)
 
 
 def _write_vtu(found: ModalAnalysis, path: Path) -> None:

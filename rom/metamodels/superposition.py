@@ -63,16 +63,19 @@ class Superposition(Metamodel):
         self.size = rounding_size(model.stiffness, stored)
 
     def error_bound(self, cases: CaseArrays) -> np.ndarray:
-        """(n_case,) ndarray [J^1/2]: bound of ``sqrt(e^H K e)``: the stored responses' errors, and rounding."""
+        """(n_case,) ndarray [J^1/2]: bound of ``sqrt(e^H K e)``: the stored responses' errors, and all rounding."""
         force = np.abs(cases.force)
         unit = UNIT_ROUNDOFF[self.settings["precision"]]
         # forces are rounded to the precision of the rows, products and sums follow
-        return np.einsum("cf,cf->c", force, (self.defect + (cases.node.shape[1] + 2) * unit * self.size)[cases.node])
+        stored = self.defect + (cases.node.shape[1] + 2) * unit * self.size
+        return np.einsum("cf,cf->c", force, stored[cases.node]) + residual_bound(self.scene).load_rounding(
+            CaseArrays(self._loads()[cases.node], cases.force))
 
     def quick_assessment(self, cases: CaseArrays) -> Assessment:
         """A rigorous relative bound: nearly cancelling forces raise it."""
         bound = self.error_bound(cases)
         size = quadratic(self.gram, cases.node, cases.force, below=True)
+        size = size - residual_bound(self.scene).load_rounding(CaseArrays(self._loads()[cases.node], cases.force))
         error = np.divide(bound, size, out=np.where(bound == 0.0, 0.0, np.inf), where=size > 0)
         return Assessment(error, "bound", np.full(len(cases), "")).with_large_errors_named()
 

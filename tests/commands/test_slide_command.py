@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rom import cli
-from rom.collagen.finger import Finger
-from rom.collagen.path import LoadPath, follow
-from rom.collagen.tissue import Tissue
 from rom.datasets.storage import read_netcdf
+from rom.finger_on_glass.finger import Finger
+from rom.finger_on_glass.path import LoadPath, follow
+from rom.finger_on_glass.tissue import Tissue
 
 COARSE = ("--rays", 24, "--layers", 3)
 

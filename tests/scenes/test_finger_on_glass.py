@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.collagen.tissue import PUBLISHED_K1, VARIANTS
+from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
 from rom.fingertip import Fingertip
 from rom.scenes import CONTACT_SCENES, SCENES, FingerOnGlass, get_scene, scene_from_json
 from rom.scenes.finger_on_glass import BEYOND, RANGES

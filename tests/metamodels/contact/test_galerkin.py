@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.collagen.contact import Plate
-from rom.collagen.equilibrium import solve_step
-from rom.collagen.finger import Finger
-from rom.collagen.tissue import Tissue
 from rom.datasets.contact_schema import QUANTITIES, dataset_attributes, label_answers
 from rom.datasets.path_solutions import solve_path
+from rom.finger_on_glass.contact import Glass
+from rom.finger_on_glass.equilibrium import solve_step
+from rom.finger_on_glass.finger import Finger
+from rom.finger_on_glass.tissue import Tissue
 from rom.metamodels import load
 from rom.metamodels.contact.galerkin import ContactGalerkin
 from rom.metamodels.contact.hyper_reduction import (
@@ -68,7 +68,7 @@ def everything(finger: Finger) -> ReducedSpace:
 
 @pytest.mark.parametrize("variant", ["radial", "random"])
 def test_is_exact_where_nothing_is_left_out(variant):
-    finger = Finger(tissue=Tissue(variant), plate=Plate(friction=0.8), rays=18, layers=3)
+    finger = Finger(tissue=Tissue(variant), plate=Glass(friction=0.8), rays=18, layers=3)
     space, t = everything(finger), finger.tissue
     small = reduce(finger, space)
     constants = Constants(t.c, t.k1, t.k2, t.bulk, 100.0, 0.8, 20.0, 5.0)
