@@ -6,52 +6,45 @@ What is missing, misspelt, of another unit or another scene's is refused in one 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from rom.checks import shown
-from rom.scenes.labels import check_identity
+from rom.scenes.cases import NO_FORCE, NO_WORD
 from rom.scenes.units import factor_to
 
-ABSENT = -1
-"""Stands for the column of a force that a case does not have."""
-NO_WORD = ("", "none")
-"""Stand for the label of such a force where labels are words."""
+BESIDE = ("residual", "solve_seconds", "split_published", "split_hard", "hard_region", "error_estimate", "error_kind",
+          "validity", "answered_by", "energy_error_bound", "relative_energy_error_bound")
+"""What datasets and answers hold beside inputs, along cases."""
 LARGEST_LABEL = 2**53
 """Up to here every whole number is a floating-point number too."""
 FILLS = ("_FillValue", "missing_value", "missing_force")
 """Attributes that name a value which stands for none, where the reader of a file has not replaced it."""
 
 
-def check_cases(data: Any, scene: str, content_hash: str, required: Sequence[str], optional: Sequence[str] = (),
-                known: Iterable[str] = ()) -> None:
+def check_cases(data: Any, scene: str, required: Sequence[str], optional: Sequence[str] = ()) -> None:
     """Refuse what are no cases of a scene, before any value is looked at.
 
     Parameters
     ----------
     data : xr.Dataset
-    scene, content_hash : str
-        Name and identity of the scene; attributes ``scene`` and ``scene_hash`` of the cases must not name another.
+    scene : str
+        Its name, for messages.
     required, optional : sequence of str
-        The scene's inputs.
-    known : iterable of str
-        What else may stand along cases or forces, such as splits, residuals and error estimates.
+        Its inputs.
 
     Raises
     ------
     ValueError
         For another type, a missing input, a variable that may be a misspelt one, or no case at all.
-    SchemaError
-        For cases of another scene.
     """
     if not isinstance(data, xr.Dataset):
         raise ValueError(f"cases of {scene} are of type {type(data).__name__}: give an xarray.Dataset")
-    check_identity(data, scene, content_hash, "the batch of cases")
     wanted = [*required, *optional]
-    expected = {*wanted, *known}
+    expected = {*wanted, *BESIDE}
     unknown = [str(name) for name, array in data.data_vars.items()
                if name not in expected and set(array.dims) <= {"case", "force"}]
     absent = [name for name in wanted if name not in data.variables]
@@ -110,7 +103,7 @@ def categories(data: xr.Dataset, name: str, dims: tuple[str, ...], words: Sequen
     Returns
     -------
     (n_case,) or (n_case, n_force) ndarray of int
-        :data:`ABSENT` where there is none.
+        :data:`NO_FORCE` where there is none.
 
     Raises
     ------
@@ -122,70 +115,83 @@ def categories(data: xr.Dataset, name: str, dims: tuple[str, ...], words: Sequen
     if labels.dtype.kind != "U":
         labels = _flagged(labels, absent, attributes, name, words)
     found = _places(labels, np.array(words))
-    wrong = (found == ABSENT) & ~absent
+    wrong = (found == NO_FORCE) & ~absent
     if wrong.any():
         raise ValueError(f"{name} holds {shown(str(labels[wrong][0]))}: choose from {', '.join(words)}")
-    return np.where(absent, ABSENT, found)
+    return np.where(absent, NO_FORCE, found)
 
 
-def loads(data: xr.Dataset, labels: Mapping[str, np.ndarray], *, amplitude: str = "force_amplitude", unit: str = "N",
-          rule: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of the loads that labelled cases name, and the amplitudes that multiply them.
-
-    A force is absent where one of its labels is NaN, a fill value, -1, empty or "none".
+class LoadLabels:
+    """The labels by which cases name loads.
 
     Parameters
     ----------
     labels : dict of (n_load,) ndarray
-        Values of the variables that together name a load, as in :class:`rom.bodies.Loads`.
-    amplitude, unit : str
-        Variable that holds the amplitudes.
-    rule : str, optional
-        How the sentence ends that refuses a value of the first variable.
-
-    Returns
-    -------
-    column : (n_case, n_force) ndarray of int
-        :data:`ABSENT` where a case has fewer forces than there is room for.
-    force : (n_case, n_force) ndarray [N]
-        Zero there.
-
-    Raises
-    ------
-    ValueError
-        For a label that no load has, and an amplitude without a load.
+        Values of the variables that together name a load, as in :class:`rom.bodies.Loads`: words or whole numbers.
     """
-    dims = ("case", "force")
-    force = numbers(data, amplitude, dims, unit)
-    absent = np.zeros(force.shape, dtype=bool)
-    key: np.ndarray = np.zeros(force.shape, dtype=np.int64)  # one number for all labels of a force
-    own_key: np.ndarray = np.zeros(len(next(iter(labels.values()))), dtype=np.int64)
-    for name, own in labels.items():
-        distinct = np.array(list(dict.fromkeys(own.tolist())))
-        if distinct.dtype.kind == "U":
-            found = categories(data, name, dims, distinct.tolist())
-            missing = found == ABSENT
-        else:
-            values, missing = _labels(*_values(data, name, dims), name)
-            found = _places(values, distinct)
-            wrong = (found == ABSENT) & ~missing
-            if wrong.any():
-                value = values[wrong][0].item()
-                raise ValueError(f"{name.removeprefix('load_')} {shown(value)} {rule}" if rule else
-                                 f"{name} {shown(value)} is no load of this scene: choose from {_listed(distinct)}")
-        absent |= missing
-        key, own_key = key * len(distinct) + found, own_key * len(distinct) + _places(own, distinct)
-    column = np.where(absent, ABSENT, _places(key, own_key))
-    mixed = (column == ABSENT) & ~absent
-    if mixed.any():
-        case, place = np.argwhere(mixed)[0]
-        raise ValueError(f"force {place} of case {case} has labels of different loads: give {', '.join(labels)} of one")
-    lost = absent & (force != 0.0) & ~np.isnan(force)
-    if lost.any():
-        case, place = np.argwhere(lost)[0]
-        raise ValueError(f"force {place} of case {case} has the amplitude {force[case, place]:g} {unit} but no "
-                         f"{next(iter(labels))}: give both, or neither")
-    return column, np.where(absent, 0.0, force)
+
+    def __init__(self, labels: Mapping[str, np.ndarray]) -> None:
+        self.distinct = {name: np.array(list(dict.fromkeys(values.tolist()))) for name, values in labels.items()}
+        self.number: np.ndarray = np.zeros(len(next(iter(labels.values()))), dtype=np.int64)
+        """Of each load among all combinations of labels."""
+        for name, values in labels.items():
+            self.number = self.number * len(self.distinct[name]) + _places(values, self.distinct[name])
+
+    def columns(self, data: xr.Dataset) -> np.ndarray:
+        """(n_case, n_force) ndarray of int: the loads that labelled cases name, NO_FORCE where a force is absent.
+
+        It is where one of its labels is NaN, a fill value, -1, empty or "none".
+
+        Raises
+        ------
+        ValueError
+            For labels that no load has.
+        """
+        dims = ("case", "force")
+        absent, number = np.zeros((), dtype=bool), np.zeros((), dtype=np.int64)
+        for name, distinct in self.distinct.items():
+            if distinct.dtype.kind == "U":
+                place = categories(data, name, dims, distinct.tolist())
+                missing = place == NO_FORCE
+            else:
+                values, missing = _labels(*_values(data, name, dims), name)
+                place = _places(values, distinct)
+                wrong = (place == NO_FORCE) & ~missing
+                if wrong.any():
+                    raise ValueError(f"{name} {shown(values[wrong][0].item())} cannot carry load: choose among the "
+                                     f"{len(distinct)} of this scene's loads, {_listed(distinct)}")
+            absent = absent | missing
+            number = number * len(distinct) + place
+        column = _places(number, self.number)
+        mixed = (column == NO_FORCE) & ~absent
+        if mixed.any():
+            case, force = np.argwhere(mixed)[0]
+            raise ValueError(f"force {force} of case {case} has labels of different loads: give "
+                             f"{', '.join(self.distinct)} of one")
+        return np.where(absent, NO_FORCE, column)
+
+    def forces(self, data: xr.Dataset, amplitude: str = "force_amplitude", unit: str = "N"
+               ) -> tuple[np.ndarray, np.ndarray]:
+        """Columns as :meth:`columns` gives them, and the amplitudes that multiply them, zero where a force is absent.
+
+        Returns
+        -------
+        column : (n_case, n_force) ndarray of int
+        force : (n_case, n_force) ndarray [N]
+
+        Raises
+        ------
+        ValueError
+            For labels that no load has, and an amplitude without a load.
+        """
+        column, force = self.columns(data), numbers(data, amplitude, ("case", "force"), unit)
+        absent = column == NO_FORCE
+        lost = absent & (force != 0.0) & ~np.isnan(force)
+        if lost.any():
+            case, place = np.argwhere(lost)[0]
+            raise ValueError(f"force {place} of case {case} has the amplitude {force[case, place]:g} {unit} but no "
+                             f"{next(iter(self.distinct))}: give both, or neither")
+        return column, np.where(absent, 0.0, force)
 
 
 # ---- arrays -------------------------------------------------------------------------------------------------
@@ -230,22 +236,22 @@ def _labels(values: np.ndarray, attributes: Mapping[Any, Any], name: str) -> tup
             values = np.array(["" if _is_none(label) else label for label in listed], dtype=str).reshape(values.shape)
         elif all(isinstance(label, int | np.integer) and not isinstance(label, bool)
                  and -LARGEST_LABEL <= label <= LARGEST_LABEL for label in there):
-            whole = [ABSENT if _is_none(label) else int(label) for label in listed]
+            whole = [NO_FORCE if _is_none(label) else int(label) for label in listed]
             values = np.array(whole, dtype=np.int64).reshape(values.shape)
     if values.dtype.kind == "U":
-        absent = np.isin(values, NO_WORD)
+        absent = np.isin(values, ["", NO_WORD])
         fills = [attributes[fill] for fill in FILLS if isinstance(attributes.get(fill), str)]
         return values, absent | np.isin(values, fills) if fills else absent
     if values.dtype.kind not in "iuf":
         raise ValueError(f"{name} is of type {values.dtype}: give words or whole numbers")
-    absent = _missing(values, attributes) | (values == ABSENT)
+    absent = _missing(values, attributes) | (values == NO_FORCE)
     there = values[~absent]
     if there.dtype.kind == "f" and (there != np.round(there)).any():  # infinity is round
         raise ValueError(f"{name} holds {there[there != np.round(there)][0]:g}, which is no whole number: give the "
                          "labels of loads")
     if (np.abs(there.astype(float)) > LARGEST_LABEL).any():
         raise ValueError(f"{name} holds a value beyond {LARGEST_LABEL}: give the labels of loads")
-    return np.where(absent, ABSENT, values).astype(np.int64), absent
+    return np.where(absent, NO_FORCE, values).astype(np.int64), absent
 
 
 def _is_none(label: Any) -> bool:
@@ -253,12 +259,12 @@ def _is_none(label: Any) -> bool:
 
 
 def _places(values: np.ndarray, among: np.ndarray) -> np.ndarray:
-    """Positions of values among distinct others, :data:`ABSENT` where there is none."""
+    """Positions of values among distinct others, :data:`NO_FORCE` where there is none."""
     if values.dtype.kind != among.dtype.kind and "U" in (values.dtype.kind, among.dtype.kind):
-        return np.full(values.shape, ABSENT, dtype=np.int64)
+        return np.full(values.shape, NO_FORCE, dtype=np.int64)
     order = np.argsort(among, kind="stable")
     rows = order[np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)]
-    return np.where(among[rows] == values, rows, ABSENT)
+    return np.where(among[rows] == values, rows, NO_FORCE)
 
 
 def _listed(labels: np.ndarray) -> str:

@@ -14,20 +14,8 @@ import xarray as xr
 
 from rom.checks import shown
 from rom.errors import SchemaError
-from rom.scenes.complex_parts import join_parts
+from rom.scenes.complex_parts import decode_complex, join_parts
 from rom.scenes.units import factor_to
-
-
-def check_identity(data: xr.Dataset, scene: str, content_hash: str, source: str) -> None:
-    """Refuse data whose attributes name another scene, or another body, mesh or loads; raises SchemaError."""
-    found = data.attrs.get("scene", scene)
-    if not isinstance(found, str) or found != scene:
-        raise SchemaError(f"{source} belongs to the scene {shown(found)}, not to {scene!r}: give what belongs to this "
-                          "scene, or drop its attribute `scene`")
-    found = data.attrs.get("scene_hash", content_hash)
-    if not isinstance(found, str) or found != content_hash:
-        raise SchemaError(f"{source} belongs to another body, mesh or other loads ({shown(str(found)[:12])} instead of "
-                          f"{content_hash[:12]!r}): make it for this one, or drop its attribute `scene_hash`")
 
 
 def fields(data: xr.Dataset, name: str, labels: Mapping[str, Any], unit: str | None = None, source: str = "the answer"
@@ -66,24 +54,64 @@ def fields(data: xr.Dataset, name: str, labels: Mapping[str, Any], unit: str | N
         variable = join_parts(data[name]).variable
     if "case" in labels and "case" not in variable.dims:
         variable = variable.set_dims({"case": 1, **variable.sizes})
-    if set(variable.dims) != set(labels):
-        raise SchemaError(f"{name} of {source} has the dimensions {', '.join(map(str, variable.dims)) or 'of a number'}"
-                          f": give it along {', '.join(labels)}")
+    _check_dims(variable, name, tuple(labels), source)
     for dim, wanted in labels.items():
-        if wanted is None:
-            continue
-        wanted = np.asarray(wanted)
-        if dim in data.variables:
-            order = positions(np.atleast_1d(data.variables[dim].values), wanted, dim, f"{name} of {source}")
-            variable = variable if order is None else variable.isel({dim: order})
-        elif variable.sizes[dim] != len(wanted):
-            raise SchemaError(f"{name} of {source} has {variable.sizes[dim]} places along {dim} without labels, where "
-                              f"{len(wanted)} are asked for: give it the coordinate {dim!r}")
+        order = None if wanted is None else _order(data, dim, wanted, source)
+        variable = variable if order is None else variable.isel({dim: order})
     if variable.dtype.kind not in "biufc":
         raise SchemaError(f"{name} of {source} is of type {variable.dtype}: give numbers")
     factor = 1.0 if unit is None else factor_to(unit, variable.attrs, f"{name} of {source}")
     values = variable.transpose(*labels).values
     return values if factor == 1.0 else values * factor
+
+
+def in_order(data: xr.Dataset, labels: Mapping[str, Any], quantities: Mapping[str, tuple[tuple[str, ...], str]],
+             source: str = "the dataset") -> xr.Dataset:
+    """A dataset in the order of the given labels, whatever the order in which it is stored; itself where it is already.
+
+    Parameters
+    ----------
+    labels : dict of (n,) array_like
+        As in :func:`fields`; dimensions that the data do not have are passed over.
+    quantities : dict of (dims, unit)
+        Dimensions and unit that a variable gets; an empty unit is not looked at.
+
+    Raises
+    ------
+    SchemaError
+        As :func:`fields`.
+    """
+    data = decode_complex(data)
+    orders = {dim: _order(data, dim, wanted, source) for dim, wanted in labels.items() if dim in data.dims}
+    moved = {dim: order for dim, order in orders.items() if order is not None}
+    data = data.isel(moved) if moved else data
+    changed = {}
+    for name, (dims, unit) in quantities.items():
+        if name not in data.variables:
+            continue
+        variable = data.variables[name]
+        _check_dims(variable, name, dims, source)
+        factor = factor_to(unit, variable.attrs, f"{name} of {source}") if unit else 1.0
+        if variable.dims != dims or factor != 1.0:
+            changed[name] = (dims, variable.transpose(*dims).data * factor, {**variable.attrs, "units": unit})
+    return data.assign(changed) if changed else data
+
+
+def _check_dims(variable: xr.Variable, name: str, dims: tuple[str, ...], source: str) -> None:
+    if set(variable.dims) != set(dims):
+        raise SchemaError(f"{name} of {source} has the dimensions {', '.join(map(str, variable.dims)) or 'of a number'}"
+                          f": give it along {', '.join(dims)}")
+
+
+def _order(data: xr.Dataset, dim: str, wanted: Any, source: str) -> np.ndarray | None:
+    """Places of the wanted labels along a dimension; None where they stand in this order."""
+    wanted = np.asarray(wanted)
+    if dim in data.variables:
+        return positions(np.atleast_1d(data.variables[dim].values), wanted, dim, source)
+    if data.sizes[dim] != len(wanted):
+        raise SchemaError(f"{source} has {data.sizes[dim]} places along {dim} without labels, where {len(wanted)} are "
+                          f"asked for: give it the coordinate {dim!r}")
+    return None
 
 
 def positions(labels: np.ndarray, wanted: np.ndarray, dim: str, source: str = "the data") -> np.ndarray | None:

@@ -16,8 +16,10 @@ from rom.bodies import Body, Grid, Loads
 from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
-from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, check_shapes, finite, positions_of
+from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, finite
 from rom.scenes.inputs import Input, Quantity
+from rom.scenes.labelled_cases import LoadLabels, check_cases, numbers
+from rom.scenes.labels import positions
 from rom.scenes.population import Population, RangePopulation
 from rom.scenes.scene import Answers, Scene
 
@@ -178,7 +180,8 @@ class LinearScene(Scene):
             return np.empty(0, dtype=np.int64)
         if callable(self._part):
             return np.asarray(self._part())
-        return positions_of(np.asarray(self._part), self.body.dof_names, "output")
+        order = positions(self.body.dof_names, np.asarray(self._part), "the degree of freedom", "the body")
+        return np.arange(len(self._part)) if order is None else order
 
     @property
     def band_hz(self) -> float:
@@ -199,54 +202,27 @@ class LinearScene(Scene):
     # ---- labels in ------------------------------------------------------------------------------------------
 
     def read(self, cases: xr.Dataset) -> CaseArrays:
-        if isinstance(cases, xr.Dataset):
-            self.check_origin(cases, "the batch of cases", required=False)
-        of_loads = [one for one in self.inputs if "force" in one.dims]
-        loads, points = check_shapes(cases, self.name, tuple(one.name for one in of_loads),
-                                     tuple(one.name for one in self.asked.points),
-                                     {one.name: one.default for one in self.inputs if one.default is not None})
-        column = self._columns(loads)
+        check_cases(cases, self.name, [one.name for one in self.inputs if one.default is None],
+                    [one.name for one in self.inputs if one.default is not None])
+        self.check_origin(cases, "the batch of cases", required=False)
+        column, force = self._load_labels.forces(cases, unit=self.asked.amplitude.unit)
         present = column != NO_FORCE
         if not present.any(axis=1).all():
             raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one load")
-        force = finite(loads["force_amplitude"], "force_amplitude", "N")
+        force = finite(force, "force_amplitude", "N")
         if self.asked.phases:
-            force = force * np.exp(1j * finite(loads["force_phase"], "force_phase", "rad"))
+            phase = numbers(cases, PHASE.name, PHASE.dims, PHASE.unit, PHASE.default)
+            force = force * np.exp(1j * finite(np.where(present, phase, 0.0), PHASE.name, PHASE.unit))
+        points = {}
         for one in self.asked.points:
-            points[one.name] = finite(points[one.name], one.name, one.unit)
+            points[one.name] = finite(numbers(cases, one.name, one.dims, one.unit, one.default), one.name, one.unit)
             if (points[one.name] < 0).any():
                 raise ValueError(f"{one.name} {points[one.name].min():g} is negative: give zero or more")
-        return CaseArrays(np.where(present, column, 0), np.where(present, force, 0.0), **points)
+        return CaseArrays(np.where(present, column, 0), force, **points)
 
     @cached_property
-    def _label_table(self) -> tuple[list[tuple[str, np.ndarray]], np.ndarray]:
-        """Each label's values in the order in which the loads list them, and each load's number among all of their
-        combinations."""
-        known, number = [], np.zeros(self.n_loads, dtype=np.int64)
-        for name, values in self.loads.labels.items():
-            _, first, inverse = np.unique(values, return_index=True, return_inverse=True)
-            number = number * len(first) + np.argsort(np.argsort(first))[inverse]
-            known.append((name, values[np.sort(first)]))
-        return known, number
-
-    def _columns(self, given: Mapping[str, np.ndarray]) -> np.ndarray:
-        """(n_case, n_force) ndarray of int: columns of the unit loads, or NO_FORCE where the first label names none."""
-        known, number = self._label_table
-        first, allowed = known[0]
-        wanted = positions_of(given[first], allowed, first)
-        present = wanted != NO_FORCE
-        for name, allowed in known[1:]:
-            code = positions_of(given[name][present], allowed, name)
-            if (code == NO_FORCE).any():
-                raise ValueError(f"{name} is missing where a force acts: give one of {', '.join(map(str, allowed))}")
-            wanted[present] = wanted[present] * len(allowed) + code
-        order = np.argsort(number)
-        rows = order[np.minimum(np.searchsorted(number[order], wanted), len(order) - 1)]
-        wrong = present & (number[rows] != wanted)
-        if wrong.any():
-            words = " ".join(str(given[name][wrong][0]) for name, _ in known)
-            raise ValueError(f"no load is called {words}: choose among {', '.join(self.loads.names[:8])} ...")
-        return np.where(present, rows, NO_FORCE)
+    def _load_labels(self) -> LoadLabels:
+        return LoadLabels(self.loads.labels)
 
     def load_index(self, *labels: Any) -> int:
         """Column of the unit load with these labels, in the order of ``loads.labels``: what ``CaseArrays.node`` holds.
@@ -256,8 +232,8 @@ class LinearScene(Scene):
         ValueError
             Where no load has them.
         """
-        given = {name: np.array([[label]]) for name, label in zip(self.loads.labels, labels, strict=True)}
-        return int(self._columns(given)[0, 0])
+        given = xr.Dataset({name: ("case", [label]) for name, label in zip(self.loads.labels, labels, strict=True)})
+        return int(self._load_labels.columns(given)[0, 0])
 
     # ---- labels out -----------------------------------------------------------------------------------------
 
@@ -329,7 +305,7 @@ class LinearScene(Scene):
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""
-        array = answer["displacement"].transpose("case", *self.quantities["displacement"].dims).values
+        array = self.plain(answer)["displacement"]
         return array if self.grid is None else self.grid.at_free(array)
 
     # ---- what methods learn from ------------------------------------------------------------------------------
