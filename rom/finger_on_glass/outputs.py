@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rom.checks import shown
 from rom.finger_on_glass.finger import Finger, State
-from rom.finger_on_glass.observation import Observation, along_plate
 from rom.finger_on_glass.section import CORNERS
-from rom.fingertip.shape import shown
 
 RECEPTOR_DEPTH = 0.5
 """Below the skin [mm]: where the publication has the shallowest receptors."""
@@ -128,26 +127,6 @@ def receptor_strain(finger: Finger, state: State, depth: float = RECEPTOR_DEPTH)
     along = np.where(np.arange(mesh.rays) < mesh.rays // 2, along, along - piece.sum())[order]
     return ReceptorStrain(along, points, 0.5 * ((r * r).sum(axis=1) - 1), 0.5 * ((t * t).sum(axis=1) - 1),
                           0.5 * (r * t).sum(axis=1), np.linalg.norm(r, axis=1), np.linalg.norm(t, axis=1))
-
-
-def plate_profile(finger: Finger, seen: Observation) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tractions along the plate, over the half of the skin that faces it.
-
-    Parameters
-    ----------
-    finger : Finger
-    seen : Observation
-
-    Returns
-    -------
-    x : (n,) ndarray [mm]
-        Position of the skin nodes, the bone's middle at zero.
-    pressure, shear : (n,) ndarray [MPa]
-        Shear positive where the plate drags the skin towards +x.
-    """
-    order = along_plate(seen.pressure)
-    skin = finger.mesh.skin_nodes[order]
-    return finger.mesh.nodes[skin, 0] + seen.state.displacement[skin, 0], seen.pressure[order], seen.shear[order]
 
 
 def smoothed(x: np.ndarray, values: np.ndarray, at: np.ndarray, window: float) -> np.ndarray:

@@ -93,9 +93,11 @@ class SecondOrderModel:
         self._harmonic: Factorization | None = None
         self._harmonic_case: tuple[float, float] | None = None
 
-    def afresh(self) -> SecondOrderModel:
-        """The same matrices with nothing factorised yet."""
+    def afresh(self, backend: str | None = None) -> SecondOrderModel:
+        """The same matrices with nothing factorised yet, for another backend if one is named."""
         other = copy.copy(self)
+        if backend is not None:
+            other.backend = choose_backend(backend)
         other._static = other._harmonic = other._harmonic_case = None
         return other
 

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from rom.datasets.storage import read_netcdf, write_netcdf
-from rom.errors import NotFittedError, SchemaError, SolverError
+from rom.errors import NotFittedError, SchemaError
 from rom.metamodels.stored import Stored, from_dataset, to_dataset
 from rom.metamodels.trained import TrainedRange
 from rom.metamodels.validity import Assessment, ValidityWarning, check_tolerance, joined, warning_text

@@ -25,7 +25,7 @@ import scipy.sparse as sp
 
 from rom.fullorder import Modes, SecondOrderModel
 from rom.metamodels.certificate import amplification_beyond, amplification_of, mode_defect
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
 
 MODES = 40
 """Modes that the split is made with: they reach well beyond the band of every scene."""
@@ -37,7 +37,7 @@ SOLVE_SAFETY = 1e-6
 """Allowance, relative, for the rounding of the static solves in the norms they give."""
 
 
-def residual_bound(scene: Scene) -> ResidualBound:
+def residual_bound(scene: LinearScene) -> ResidualBound:
     """The scene's own, made once and shared by all of its metamodels."""
     if "_residual_bound" not in scene.__dict__:  # as functools.cached_property keeps its values, frozen class or not
         scene.__dict__["_residual_bound"] = ResidualBound(scene)
@@ -47,13 +47,13 @@ def residual_bound(scene: Scene) -> ResidualBound:
 class ResidualBound:
     """Bounds of answers to the cases of one scene; factor of K and modes are made when first needed."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: LinearScene) -> None:
         self.scene = scene
 
     @property
     def model(self) -> SecondOrderModel:
         """The full-order model, whose factor of K serves all norms."""
-        return self.scene.full_order
+        return self.scene.model
 
     @cached_property
     def modes(self) -> Modes:

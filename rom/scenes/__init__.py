@@ -15,8 +15,9 @@ from rom.fingertip import Fingertip
 from rom.scenes.cases import NO_FORCE, CaseArrays
 from rom.scenes.fingertip_scene import fingertip_from
 from rom.scenes.inputs import Input, Quantity
-from rom.scenes.linear_scene import LinearScene, Question
+from rom.scenes.linear_scene import LinearScene
 from rom.scenes.population import Population, RangePopulation
+from rom.scenes.question import Question
 from rom.scenes.scene import Answers, Cases, Scene
 
 __all__ = ["NO_FORCE", "SCENES", "Answers", "CaseArrays", "Cases", "Input", "LinearScene", "Population", "Quantity",

@@ -10,8 +10,9 @@ import numpy as np
 from rom.bodies import Loads
 from rom.checks import shown
 from rom.fingertip import Anatomy, Fingertip, FingertipBody, MeshDensity
-from rom.scenes.linear_scene import LinearScene, Question
+from rom.scenes.linear_scene import LinearScene
 from rom.scenes.population import Population
+from rom.scenes.question import Question
 
 
 def fingertip_scene(question: Question, fingertip: Fingertip, loads: Callable[[], Loads], population: Population,

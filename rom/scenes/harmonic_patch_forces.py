@@ -20,8 +20,9 @@ from rom.scenes.cases import CaseArrays
 from rom.scenes.fingertip_scene import fingertip_scene
 from rom.scenes.harmonic_point_force import HELD_OUT_BANDS
 from rom.scenes.inputs import Input
-from rom.scenes.linear_scene import LinearScene, Question
+from rom.scenes.linear_scene import LinearScene
 from rom.scenes.population import CASES_PER_POINT, Population
+from rom.scenes.question import Question
 
 FREQUENCY = np.arange(1.0, 261.0)
 FREQUENCY_BEYOND = np.arange(261.0, 341.0)

@@ -8,8 +8,9 @@ from rom.fingertip import Fingertip
 from rom.scenes.cases import CaseArrays
 from rom.scenes.fingertip_scene import fingertip_scene, normal_forces
 from rom.scenes.inputs import Input
-from rom.scenes.linear_scene import LinearScene, Question
+from rom.scenes.linear_scene import LinearScene
 from rom.scenes.population import CASES_PER_POINT, Population, at_points
+from rom.scenes.question import Question
 
 FREQUENCY = np.arange(1.0, 301.0)
 LOSS_FACTOR = np.round(np.arange(0.10, 0.501, 0.05), 2)
@@ -40,7 +41,7 @@ HARMONIC_POINT_FORCE = Question(
         "modes": "solved for only by the modal methods and by `mlp-residual`",
         "time stepping": "the steady state is asked for, not the transient",
         "torch": "loaded only by the methods `mlp`, `mlp-residual` and `pole-network`"},
-    part="pad", part_words="pad surface")
+    part="pad", part_words="pad surface", spatial=True)
 
 
 def published_points(beyond: bool = False) -> np.ndarray:

@@ -1,11 +1,10 @@
-"""A linear scene: forces on named loads of a body, at rest or at a frequency. The fingertip's scenes and everybody's."""
+"""A linear scene: forces on named loads of a body, at rest or at a frequency."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -17,10 +16,11 @@ from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
 from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, finite
-from rom.scenes.inputs import Input, Quantity
+from rom.scenes.inputs import Quantity
 from rom.scenes.labelled_cases import LoadLabels, check_cases, numbers
 from rom.scenes.labels import positions
 from rom.scenes.population import Population, RangePopulation
+from rom.scenes.question import PHASE, Question, default_question
 from rom.scenes.scene import Answers, Scene
 
 RESIDUAL_LIMIT = 1e-10
@@ -29,57 +29,7 @@ SMALLEST_SINGLE = 1e-25
 """Displacement [m] below which float32 answers are refused: coordinates a million times smaller lose digits there."""
 PIECE_CASES = 64
 """Cases, about, that are solved together when a dataset is made."""
-FREQUENCY = Input("frequency", "Hz", "excitation frequency", "excitation frequency")
-LOSS_FACTOR = Input("loss_factor", "1", "loss factor eta of K (1 + i eta)", "loss factor eta of K (1 + i eta)")
-AMPLITUDE = Input("force_amplitude", "N", "any [N]; the model is linear", "force amplitude", ("case", "force"))
-PHASE = Input("force_phase", "rad", "any [rad], f(t) = a cos(2 pi frequency t + phase) (default 0)",
-              "phase of the force, f(t) = a cos(2 pi frequency t + phase)", ("case", "force"), default=0.0)
 RECORD = {"residual": Quantity((), "1", "relative residual ||Z u - f|| / ||f|| of the direct solve")}
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is asked of a body, in words and numbers that do not depend on its matrices.
-
-    Parameters
-    ----------
-    name, title, question : str
-    harmonic : bool
-        Whether the forces vibrate; if not, no mass and no complex number is ever touched.
-    gate : float
-    loads : tuple of Input
-        The variables that name a load; as many as the loads have labels.
-    points : tuple of Input
-        Frequency and loss factor of harmonic questions.
-    phases : bool
-        Whether simultaneous forces have phases.
-    amplitude : Input
-    max_forces : int
-        Simultaneous forces in the sampled range; more are extrapolation.
-    needs, leaves_out : dict of str
-    part, part_words : str
-        Name of the smaller output, and the same in words.
-    """
-
-    name: str
-    title: str
-    question: str
-    harmonic: bool
-    gate: float = 0.01
-    loads: tuple[Input, ...] = ()
-    points: tuple[Input, ...] = ()
-    phases: bool = False
-    amplitude: Input = AMPLITUDE
-    max_forces: int = 1
-    needs: Mapping[str, str] = field(default_factory=dict)
-    leaves_out: Mapping[str, str] = field(default_factory=dict)
-    part: str = ""
-    part_words: str = "chosen outputs"
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """All that varies."""
-        return (*self.loads, self.amplitude, *((PHASE,) if self.phases else ()), *self.points)
 
 
 class LinearScene(Scene):
@@ -125,7 +75,8 @@ class LinearScene(Scene):
         self.asked = question
         self._loads, self._part, self._identity, self._parameters = loads, part, identity, parameters
         self.population = RangePopulation() if population is None else population
-        self.name, self.title, self.question, self.gate = question.name, question.title, question.question, question.gate
+        self.name, self.title, self.question = question.name, question.title, question.question
+        self.gate = question.gate
         self.inputs, self.harmonic, self.max_forces = question.inputs, question.harmonic, question.max_forces
         self.needs, self.leaves_out = dict(question.needs), dict(question.leaves_out)
         self.part, self.part_words = question.part, question.part_words
@@ -182,6 +133,14 @@ class LinearScene(Scene):
             return np.asarray(self._part())
         order = positions(self.body.dof_names, np.asarray(self._part), "the degree of freedom", "the body")
         return np.arange(len(self._part)) if order is None else order
+
+    def n_outputs(self, outputs: str) -> int:
+        """Number of degrees of freedom of "field" or of the part."""
+        return self.n_free if outputs == "field" else len(self.part_rows)
+
+    def not_spatial(self) -> str | None:
+        """Why a method that interpolates over the places of loads does not apply, or None."""
+        return None if self.asked.spatial else "interpolates over places and normals of loads, which this scene's have not"
 
     @property
     def band_hz(self) -> float:
@@ -323,8 +282,8 @@ class LinearScene(Scene):
     def check_answers(self, cases: CaseArrays, answers: np.ndarray, method: str) -> dict[str, tuple]:
         bad = ~np.isfinite(answers).all(axis=1)
         if bad.any():
-            raise SolverError(f"case {int(np.argmax(bad))} has no finite answer by {method}: an undamped resonance or an "
-                              "overflow; give a loss factor above zero, or a smaller force")
+            raise SolverError(f"case {int(np.argmax(bad))} has no finite answer by {method}: an undamped resonance or "
+                              "an overflow; give a loss factor above zero, or a smaller force")
         if answers.dtype.itemsize < np.result_type(answers.dtype, np.float64).itemsize:
             lost = (np.abs(answers).max(axis=1) < SMALLEST_SINGLE) & (cases.force != 0.0).any(axis=1)
             if lost.any():
@@ -436,26 +395,5 @@ class LinearScene(Scene):
         return self.body.content_hash if self.grid is None else self.grid.mesh_hash
 
     def to_json(self) -> str:
-        return json.dumps({"scene": self.name, "outputs": self.outputs, **(self._parameters() if self._parameters else {})}, sort_keys=True)
-
-
-def default_question(body: Body, loads: Loads | Callable[[], Loads], name: str | None, frequency: tuple[float, float],
-                     loss_factor: tuple[float, float], part: bool) -> Question:
-    """One force at a named load of a body, harmonic where it has a mass."""
-    harmonic = body.has_mass
-    labels = (loads() if callable(loads) else loads).labels
-    return Question(
-        name or f"{body.name}-{'harmonic' if harmonic else 'static'}-force",
-        f"{'Vibrating' if harmonic else 'Steady'} force on {body.name}",
-        f"How does {body.name} {'vibrate' if harmonic else 'deform'} under one force at a named place?",
-        harmonic, gate=0.05 if harmonic else 0.01,
-        loads=tuple(Input(label, "" if values.dtype.kind in "UO" else "1", "a name of the scene's loads", "load",
-                          ("case", "force")) for label, values in labels.items()),
-        points=(Input("frequency", "Hz", f"{frequency[0]:g} to {frequency[1]:g} Hz", FREQUENCY.long_name,
-                      range=frequency),
-                Input("loss_factor", "1", f"{loss_factor[0]:g} to {loss_factor[1]:g}", LOSS_FACTOR.long_name,
-                      range=loss_factor)) if harmonic else (),
-        amplitude=Input("force_amplitude", "N", AMPLITUDE.text, AMPLITUDE.long_name, AMPLITUDE.dims, (0.1, 1.0)),
-        needs={"stiffness": "K, real symmetric"} | ({"mass matrix": "M, real symmetric"} if harmonic else {}),
-        leaves_out={} if harmonic else {"mass matrix": "nothing moves: M never enters K u = f"},
-        part="part" if part else "")
+        parameters = self._parameters() if self._parameters else {}
+        return json.dumps({"scene": self.name, "outputs": self.outputs, **parameters}, sort_keys=True)

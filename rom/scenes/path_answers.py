@@ -137,8 +137,8 @@ def path_errors(paths: PathArrays, answers: dict[str, np.ndarray], truth: dict[s
         Infinite where the method has no answer, NaN where there is no truth.
     """
     reached = np.isfinite(truth["displacement"]).all(axis=(2, 3))
-    flat = (*reached.shape, -1)
-    found = {"displacement": relative_errors(answers["displacement"].reshape(flat), truth["displacement"].reshape(flat))}
+    field, true = (values["displacement"].reshape(*reached.shape, -1) for values in (answers, truth))
+    found = {"displacement": relative_errors(field, true)}
     if "pressure" in truth and "pressure" in answers:
         def missed(name: str, size: np.ndarray) -> np.ndarray:
             return relative(np.abs(answers[name] - truth[name]), np.broadcast_to(np.abs(size), reached.shape))

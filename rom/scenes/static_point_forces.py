@@ -9,8 +9,9 @@ from rom.scenes.cases import CaseArrays
 from rom.scenes.combinations import combination_number, count_combinations
 from rom.scenes.fingertip_scene import fingertip_scene, normal_forces
 from rom.scenes.inputs import Input
-from rom.scenes.linear_scene import LinearScene, Question
+from rom.scenes.linear_scene import LinearScene
 from rom.scenes.population import Population
+from rom.scenes.question import Question
 
 AMPLITUDE = (0.1, 1.0)
 """Sampled force amplitudes [N]; the model is linear, so any other amplitude scales exactly."""
@@ -29,7 +30,7 @@ STATIC_POINT_FORCES = Question(
         "modes": "no frequency is asked for, so no eigenproblem is solved",
         "complex numbers": "no damping without motion: everything is real",
         "torch": "loaded only by the method `transformer`"},
-    part="pad", part_words="pad surface")
+    part="pad", part_words="pad surface", spatial=True)
 
 
 class PadCombinations(Population):

@@ -105,7 +105,7 @@ def test_missing_and_misshapen_variables_are_refused(scene):
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ({"rays": 3}, "rays=3 is no number of elements"), ({"seed": -1}, "seed=-1 is no seed"),
+    ({"rays": 3}, "rays=3 cannot be"), ({"seed": -1}, "seed=-1 is no seed"),
     ({"outputs": "pad"}, "outputs='pad' is unknown"), ({"section": 3}, "the section is 3: build one"),
     ({"section": {"girth": 1.0}}, "a section has no 'girth'"), ({"effective_length": 0.0}, "effective_length=0.0"),
     ({"section": {"bone_width": 30.0}}, "reaches out of a skin"),

@@ -91,7 +91,7 @@ def test_refusals():
         (lambda: loss_factors({}), "no tissue"),
         (lambda: loss_factors(np.nan), "at least 0"),
         (lambda: loss_factors(dict(ASSUMED_LOSS_FACTORS, dermis=-0.1)), "at least 0"),
-        (lambda: with_contrast(ASSUMED_LOSS_FACTORS, -1.0), "contrast is -1"),
+        (lambda: with_contrast(ASSUMED_LOSS_FACTORS, -1.0), "contrast=-1.0 cannot be"),
         (lambda: with_contrast(dict(ASSUMED_LOSS_FACTORS, dermis=0.0), 1.0), "greater than 0"),
     ):
         with pytest.raises(ValueError, match=words):

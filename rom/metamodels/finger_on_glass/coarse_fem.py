@@ -7,14 +7,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from rom.datasets.path_solutions import solve_path
-from rom.metamodels.contact.direct import ContactDirect
-from rom.scenes import FingerOnGlass, PathArrays
+from rom.checks import real_number
+from rom.metamodels.finger_on_glass.direct import PathDirect
+from rom.metamodels.metamodel import Curve, Metamodel
+from rom.scenes import Scene
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.path_answers import solve_path
+from rom.scenes.paths import PathArrays
 
 LEAST_RAYS, LEAST_LAYERS = 16, 2
 
 
-class ContactCoarseFem(ContactDirect):
+class PathCoarseFem(PathDirect):
     """Follow each path on a coarser mesh and interpolate to the nodes of the scene's.
 
     The random variant draws its fibre angles at the coarse mesh's own integration points: another finger of the
@@ -28,11 +32,20 @@ class ContactCoarseFem(ContactDirect):
 
     name: ClassVar[str] = "coarse-fem"
     summary: ClassVar[str] = "follows the path with the same finite elements on a coarser section"
+    colour: ClassVar[str] = "#999933"
+    slow: ClassVar[int] = 4
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve(({"scale": 0.5}, {"scale": 0.75}))
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"scale": 0.75},))
 
     def __init__(self, scene: FingerOnGlass, scale: float = 0.5) -> None:
-        if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0.05 <= scale <= 4:
-            raise ValueError(f"scale={scale!r} cannot be: give the coarser mesh's elements over the scene's, .05 to 4")
-        super(ContactDirect, self).__init__(scene, scale=float(scale))
+        Metamodel.__init__(self, scene, scale=real_number("scale", scale, 0.05, 4.0))
+        scale = self.settings["scale"]
         self._coarse = replace(scene, rays=max(LEAST_RAYS, round(scale * scene.rays)),
                                layers=max(LEAST_LAYERS, round(scale * scene.layers)))
         self._around = _weights(np.arange(scene.rays) / scene.rays * self._coarse.rays, self._coarse.rays, True)
@@ -41,7 +54,7 @@ class ContactCoarseFem(ContactDirect):
 
     @property
     def model_bytes(self) -> int:
-        return ContactDirect(self._coarse).model_bytes + self._around.nbytes + self._inwards.nbytes
+        return PathDirect(self._coarse).model_bytes + self._around.nbytes + self._inwards.nbytes
 
     def _one(self, paths: PathArrays, i: int) -> tuple[dict[str, np.ndarray], dict]:
         values, record = solve_path(self._coarse, paths, i)

@@ -7,18 +7,26 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from rom.datasets.contact_schema import wanted
-from rom.datasets.path_solutions import solve_path, warm_up
-from rom.metamodels.contact.base import Answers, ContactMetamodel
-from rom.scenes import FingerOnGlass, PathArrays
+from rom.metamodels.finger_on_glass.glass import joined_reasons, not_on_glass
+from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.validity import Assessment
+from rom.scenes import Answers, Scene
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.path_answers import solve_path, wanted, warm_up
+from rom.scenes.paths import PathArrays
 
 
-class ContactDirect(ContactMetamodel):
+class PathDirect(Metamodel):
     """Follow each path with the full-order model."""
 
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "follows the whole path with the full-order model, strictly converged"
-    learns: ClassVar[bool] = False
+    colour: ClassVar[str] = "#000000"
+    slow: ClassVar[int] = 16
+
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_on_glass(scene)
 
     def __init__(self, scene: FingerOnGlass) -> None:
         super().__init__(scene)
@@ -31,25 +39,21 @@ class ContactDirect(ContactMetamodel):
     def _fit(self, train: xr.Dataset | None) -> None:
         warm_up()  # compiling belongs to the offline stage
 
-    def _evaluate(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> Answers:
-        return self._follow(paths, positions, outputs)[0]
+    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+        return self._follow(cases, outputs)[0]
 
-    def _answer(self, paths: PathArrays) -> tuple[Answers, list[str]]:
-        return self._follow(paths, np.arange(self.scene.n_positions), self.scene.outputs)
+    def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:
+        self._check_fitted()
+        answers, early = self._follow(cases, self.scene.outputs)
+        return answers, Assessment.unknown(joined_reasons(self.reasons(cases), early), named=False)
 
-    def _follow(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> tuple[Answers, list[str]]:
-        found, reasons = [], []
-        for i in range(len(paths)):
-            values, record = self._one(paths, i)
-            found.append({name: values[name][positions] for name in wanted(outputs)})
-            reasons.append(record["reason"])
-        return {name: np.stack([values[name] for values in found]) for name in wanted(outputs)}, reasons
+    def _follow(self, paths: PathArrays, outputs: str) -> tuple[Answers, list[str]]:
+        found = [self._one(paths, i) for i in range(len(paths))]
+        return ({name: np.stack([values[name] for values, _ in found]) for name in wanted(outputs)},
+                [record["reason"] for _, record in found])
 
     def _one(self, paths: PathArrays, i: int) -> tuple[dict[str, np.ndarray], dict]:
         return solve_path(self.scene, paths, i)
 
-    def _state(self) -> xr.Dataset:
-        return xr.Dataset()  # the scene in the attributes is all that it is
-
-    def _restore(self, data: xr.Dataset) -> None:
-        self._fit(None)
+    def _restored(self, data: xr.Dataset) -> None:
+        self._fit(None)  # the scene in the attributes is all that it is

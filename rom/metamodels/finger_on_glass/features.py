@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rom.scenes import PathArrays
+from rom.scenes.paths import PathArrays
 
 REFERENCE = 3000.0
 """Of c [Pa]: the published one."""

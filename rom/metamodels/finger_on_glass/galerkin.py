@@ -10,25 +10,29 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import xarray as xr
 
-from rom.datasets.contact_schema import area_between, shape_of, wanted
-from rom.datasets.path_solutions import METRE, PASCAL
+from rom.checks import real_number, whole_number
 from rom.finger_on_glass.observation import along_plate, contact_edges
 from rom.finger_on_glass.path import VISCOSITIES
 from rom.finger_on_glass.tissue import VARIANTS
-from rom.fingertip.shape import shown
-from rom.metamodels.contact.base import Answers, ContactMetamodel
-from rom.metamodels.contact.hyper_reduction import ReducedSpace, learn_space, reduce, sampled, select_points
-from rom.metamodels.contact.reduced_equations import Constants, ReducedFinger
-from rom.scenes import FingerOnGlass, PathArrays
+from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, joined_reasons, not_on_glass
+from rom.metamodels.finger_on_glass.hyper_reduction import ReducedSpace, learn_space, reduce, sampled, select_points
+from rom.metamodels.finger_on_glass.reduced_equations import Constants, ReducedFinger
+from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.stored import Stored
+from rom.metamodels.validity import Assessment
+from rom.scenes import Answers, Scene
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.path_answers import METRE, PASCAL, area_between, wanted
+from rom.scenes.paths import PathArrays
 
 if TYPE_CHECKING:
     from rom.finger_on_glass.finger import Finger
-    from rom.metamodels.contact.reduced_path import ReducedPath
+    from rom.metamodels.finger_on_glass.reduced_path import ReducedPath
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +53,7 @@ class ReducedVariant:
     points: np.ndarray
 
 
-class ContactGalerkin(ContactMetamodel):
+class PathGalerkin(Metamodel):
     """Galerkin projection of the nonlinear equations, hyper-reduced.
 
     Parameters
@@ -70,36 +74,50 @@ class ContactGalerkin(ContactMetamodel):
     """
 
     name: ClassVar[str] = "pod-galerkin"
+    learns: ClassVar[bool] = True
+    colour: ClassVar[str] = "#117733"
+    stored: ClassVar[tuple[Stored, ...]] = (Stored("_by_variant"),)
     summary: ClassVar[str] = ("solves the full model's equations on the principal directions of its own states, "
                               "integrated at few points")
 
     def __init__(self, scene: FingerOnGlass, rank: int = 30, pressure_rank: int = 10, sampling: float | None = 5e-3,
                  contact_stiffness: float | None = 2.0, stick_stiffness: float | None = 0.3,
                  tolerance: float = 1e-6) -> None:
-        for name, value, most in (("rank", rank, 400), ("pressure_rank", pressure_rank, 200)):
-            if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= most:
-                raise ValueError(f"{name}={shown(value)} is no number of modes: give a whole number from 1 to {most}")
+        whole_number("rank", rank, 1, 400)
+        whole_number("pressure_rank", pressure_rank, 1, 200)
         numbers = {"sampling": (sampling, 1e-8, 0.5), "contact_stiffness": (contact_stiffness, 1e-3, 1e3),
                    "stick_stiffness": (stick_stiffness, 1e-3, 1e3), "tolerance": (tolerance, 1e-10, 1e-2)}
         for name, (number, low, high) in numbers.items():
-            if number is None and name != "tolerance":
-                continue
-            if isinstance(number, bool) or not isinstance(number, int | float) or not low <= number <= high:
-                raise ValueError(f"{name}={shown(number)} is out of range: give {low:g} to {high:g}")
+            if number is not None or name == "tolerance":
+                real_number(name, number, low, high)
         super().__init__(scene, rank=rank, pressure_rank=pressure_rank, sampling=sampling,
                          contact_stiffness=contact_stiffness, stick_stiffness=stick_stiffness, tolerance=tolerance)
         self.variants: dict[int, ReducedVariant] = {}
         self.stage_seconds: dict[str, float] = {}
         """What the offline stages took [s]."""
 
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_on_glass(scene)
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve((*({"rank": rank} for rank in (10, 20, 30)),
+                      *({"rank": rank, "sampling": 2e-3} for rank in (30, 40))), headline=3)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"rank": 6}, {"rank": 12}))
+
     # ---- offline --------------------------------------------------------------------------------------------
 
     def _fit(self, train: xr.Dataset) -> None:
-        paths = self.scene.case_arrays(train)
+        paths = self.scene.read(train)
+        check_counts(self.name, paths, 2)
         self.variants, self.stage_seconds = {}, {"basis": 0.0, "sampling": 0.0}
         for v in np.unique(paths.variant):
             mine = np.flatnonzero(paths.variant == v)
-            self.variants[int(v)] = self._learn(paths.take(mine), train.isel(path=mine))
+            self.variants[int(v)] = self._learn(paths.take(mine), train.isel(case=mine))
         self._warm_up()
 
     def _learn(self, paths: PathArrays, train: xr.Dataset) -> ReducedVariant:
@@ -143,7 +161,7 @@ class ContactGalerkin(ContactMetamodel):
                          float(soft_stick), 1 / soft_stick - 1 / stick, 1 / soft_hold - 1 / hold)
 
     def _follow(self, paths: PathArrays, i: int) -> ReducedPath:
-        from rom.metamodels.contact.reduced_path import Controls, reduced_path
+        from rom.metamodels.finger_on_glass.reduced_path import Controls, reduced_path
 
         path = self.scene.load_path(paths, i)
         controls = Controls(self.settings["tolerance"], 0.1 * self.settings["tolerance"])
@@ -151,27 +169,30 @@ class ContactGalerkin(ContactMetamodel):
             self.variants[int(paths.variant[i])].finger, self._constants(paths, i), controls,
             np.array(path.normal_force) / self.scene.effective_length, np.array(path.travel), np.array(VISCOSITIES))
 
-    def _evaluate(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> Answers:
-        return self._follow_all(paths, positions, outputs)[0]
+    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+        return self._follow_all(cases, outputs)[0]
 
-    def _answer(self, paths: PathArrays) -> tuple[Answers, list[str]]:
-        return self._follow_all(paths, np.arange(self.scene.n_positions), self.scene.outputs)
+    def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:
+        self._check_fitted()
+        answers, early = self._follow_all(cases, self.scene.outputs)
+        return answers, Assessment.unknown(joined_reasons(self.reasons(cases), early), named=False)
 
-    def _follow_all(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> tuple[Answers, list[str]]:
-        names = wanted(outputs)
-        answers = {name: np.full((len(paths), len(positions), *shape_of(self.scene, name)), np.nan) for name in names}
+    def _follow_all(self, paths: PathArrays, outputs: str) -> tuple[Answers, list[str]]:
+        check_learned(self.name, paths, self.variants)
+        names, count = wanted(outputs), self.scene.n_positions
+        answers = {name: np.full((len(paths), count, *self.scene.shape_of(name)), np.nan) for name in names}
         reasons = []
         for i in range(len(paths)):
             found = self._follow(paths, i)
             reasons.append(self._reason(paths, i, found))
-            kept = np.flatnonzero(positions < found.reached)
-            values = self._observe(self.variants[int(paths.variant[i])].space, found, positions[kept], names)
+            kept = np.arange(min(count, found.reached))
+            values = self._observe(self.variants[int(paths.variant[i])].space, found, kept, names)
             for name in names:
                 answers[name][i, kept] = values[name]
         return answers, reasons
 
     def _reason(self, paths: PathArrays, i: int, found: ReducedPath) -> str:
-        from rom.metamodels.contact.reduced_path import REASONS
+        from rom.metamodels.finger_on_glass.reduced_path import REASONS
 
         if found.reached < self.scene.n_positions:
             force = found.reached < int((self.scene.travel == 0).sum())
@@ -220,46 +241,13 @@ class ContactGalerkin(ContactMetamodel):
 
     # ---- how good it can be ---------------------------------------------------------------------------------
 
-    def best_approximation(self, paths: PathArrays, displacement: np.ndarray) -> np.ndarray:
-        found = np.empty_like(displacement)
-        for i, v in enumerate(paths.variant):
+    def best_approximation(self, cases: PathArrays, values: np.ndarray) -> np.ndarray:
+        found = np.empty_like(values)
+        for i, v in enumerate(cases.variant):
             vectors = self.variants[int(v)].space.vectors
-            rows = displacement[i].reshape(len(displacement[i]), -1)
-            found[i] = ((rows @ vectors) @ vectors.T).reshape(displacement[i].shape)
+            rows = values[i].reshape(len(values[i]), -1)
+            found[i] = ((rows @ vectors) @ vectors.T).reshape(values[i].shape)
         return found
-
-    def full_residual(self, paths: PathArrays) -> np.ndarray:
-        """Indicator without a reference: what the full model's equilibrium misses at the reduced states.
-
-        One full assembly a position: dearer than the answer itself.
-
-        Parameters
-        ----------
-        paths : PathArrays
-
-        Returns
-        -------
-        (n_path, n_position) ndarray
-            Norm of the nodes' unbalanced forces under the reduced tractions, over that of the bone's reaction.
-        """
-        from dataclasses import replace
-
-        self._check_fitted()
-        answer = np.full((len(paths), self.scene.n_positions), np.nan)
-        for i in range(len(paths)):
-            finger, one = self.scene.finger(paths, i), self.variants[int(paths.variant[i])]
-            found = self._follow(paths, i)
-            skin, length = finger.mesh.skin_nodes[one.space.skin], finger.skin_length[one.space.skin]
-            free = finger.free_rows[finger.free_rows < finger.stretch_row]
-            for k in range(found.reached):
-                state = replace(finger.at_rest(), displacement=(one.space.vectors @ found.q[k]).reshape(-1, 2),
-                                stretch_z=float(found.stretch_z[k]), plate_y=-1e3,  # no contact of its own
-                                pressure=one.space.pressures @ found.pressure_coordinates[k])
-                force = finger.residual(state, state.contact, None).force
-                force[2 * skin] += length * found.shear[k]
-                force[2 * skin + 1] -= length * found.pressure[k]
-                answer[i, k] = np.linalg.norm(force[free]) / np.linalg.norm(force[finger.held_rows])
-        return answer
 
     # ---- files ----------------------------------------------------------------------------------------------
 
@@ -268,28 +256,21 @@ class ContactGalerkin(ContactMetamodel):
         return sum(array.nbytes for one in self.variants.values() for array in (*one.finger, one.space.vectors))
 
     @property
-    def sampled_points(self) -> dict[str, tuple[int, int]]:
-        """For each variant the number of sampled integration points, and of elements in which they lie."""
-        return {VARIANTS[v]: (len(one.points), len(np.unique(one.points // 4))) for v, one in self.variants.items()}
+    def _by_variant(self) -> dict[str, dict[str, np.ndarray]]:
+        """What was learned, as arrays by the name of the variant."""
+        return {VARIANTS[v]: {**{f"space_{name}": getattr(one.space, name) for name in SPACE}, **one.finger._asdict(),
+                              "points": one.points} for v, one in self.variants.items()}
 
-    def _state(self) -> xr.Dataset:
-        data: dict[str, Any] = {}
-        for v, one in self.variants.items():
-            arrays = {**{f"space_{name}": getattr(one.space, name) for name in _SPACE}, **one.finger._asdict(),
-                      "points": one.points}
-            for name, array in arrays.items():
-                key = f"{VARIANTS[v]}_{name}"
-                data[key] = ([f"{key}_{axis}" for axis in range(array.ndim)], array)
-        return xr.Dataset(data, attrs={"variants": ",".join(VARIANTS[v] for v in self.variants)})
-
-    def _restore(self, data: xr.Dataset) -> None:
+    @_by_variant.setter
+    def _by_variant(self, found: dict[str, dict[str, np.ndarray]]) -> None:
         self.variants = {}
-        for name in data.attrs["variants"].split(","):
-            space = ReducedSpace(*(data[f"{name}_space_{key}"].values for key in _SPACE))
-            finger = ReducedFinger(*(np.ascontiguousarray(data[f"{name}_{key}"].values)
-                                     for key in ReducedFinger._fields))
-            self.variants[VARIANTS.index(name)] = ReducedVariant(space, finger, data[f"{name}_points"].values)
+        for name, arrays in found.items():
+            space = ReducedSpace(*(arrays[f"space_{key}"] for key in SPACE))
+            finger = ReducedFinger(*(np.ascontiguousarray(arrays[key]) for key in ReducedFinger._fields))
+            self.variants[VARIANTS.index(name)] = ReducedVariant(space, finger, arrays["points"])
+
+    def _restored(self, data: xr.Dataset) -> None:
         self._warm_up()
 
 
-_SPACE = ("vectors", "pressures", "skin")
+SPACE = ("vectors", "pressures", "skin")

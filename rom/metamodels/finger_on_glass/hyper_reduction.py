@@ -17,7 +17,15 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
 from rom.finger_on_glass.finger import Finger
-from rom.metamodels.contact.reduced_equations import Constants, Contact, ReducedFinger, assemble, isochoric, volumes
+from rom.metamodels.finger_on_glass.reduced_equations import (
+    Constants,
+    Contact,
+    ReducedFinger,
+    assemble,
+    isochoric,
+    volumes,
+)
+from rom.metamodels.pod_space import pod
 
 SAMPLED_STATES = 80
 """Training states whose forces the sampled points have to meet."""
@@ -94,9 +102,7 @@ def principal_directions(rows: np.ndarray, rank: int) -> np.ndarray:
 
     Rows are not scaled: a state counts by its size, as in the errors that the basis is judged by.
     """
-    value, weights = sla.eigh(rows @ rows.T)
-    keep = np.flatnonzero(value > 1e-14 * value[-1])[::-1][:rank]
-    return np.linalg.qr(rows.T @ (weights[:, keep] / np.sqrt(value[keep])))[0]
+    return pod(rows, rank, noise=1e-14, alike=False).vectors
 
 
 def pressure_modes(finger: Finger, rows: np.ndarray, rank: int) -> np.ndarray:

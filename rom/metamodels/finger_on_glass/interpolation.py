@@ -7,15 +7,20 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from rom.datasets.contact_schema import QUANTITIES, area_between, wanted
-from rom.metamodels.contact.base import Answers, ContactMetamodel
-from rom.metamodels.contact.features import dimensionless
-from rom.scenes import FingerOnGlass, PathArrays
+from rom.checks import choice, whole_number
+from rom.metamodels.finger_on_glass.features import dimensionless
+from rom.metamodels.finger_on_glass.glass import check_learned, not_on_glass
+from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.stored import Stored
+from rom.scenes import Answers, Scene
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.path_answers import QUANTITIES, area_between, wanted
+from rom.scenes.paths import PathArrays
 
 KINDS = ("radial", "inverse-distance", "nearest")
 
 
-class ContactInterpolation(ContactMetamodel):
+class PathInterpolation(Metamodel):
     """Weighted sums of stored paths.
 
     Parameters
@@ -29,15 +34,27 @@ class ContactInterpolation(ContactMetamodel):
 
     name: ClassVar[str] = "interpolation"
     summary: ClassVar[str] = "interpolates between the stored paths of the same variant in four ratios of the inputs"
-    least_paths: ClassVar[int] = 1
+    learns: ClassVar[bool] = True
+    colour: ClassVar[str] = "#B58900"
+    stored: ClassVar[tuple[Stored, ...]] = (Stored("_inputs"), Stored("_stored"))
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve(({"kind": "nearest"}, {"kind": "radial"}))
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve()
+
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_on_glass(scene)
 
     def __init__(self, scene: FingerOnGlass, kind: str = "radial", neighbours: int = 5) -> None:
-        if kind not in KINDS:
-            raise ValueError(f"kind={kind!r} is no interpolation: choose from {', '.join(KINDS)}")
-        if isinstance(neighbours, bool) or not isinstance(neighbours, int) or neighbours < 1:
-            raise ValueError(f"neighbours={neighbours!r} cannot be: give one or more")
+        choice("kind", kind, KINDS)
+        whole_number("neighbours", neighbours, 1)
         super().__init__(scene, kind=kind, neighbours=neighbours)
-        self._paths: PathArrays
+        self._inputs: dict[str, np.ndarray]
         self._stored: Answers
 
     @property
@@ -45,10 +62,10 @@ class ContactInterpolation(ContactMetamodel):
         return sum(array.nbytes for array in self._stored.values())
 
     def _fit(self, train: xr.Dataset) -> None:
-        self._keep(self.scene.case_arrays(train), {name: train[name].values for name in QUANTITIES})
+        self._keep(self.scene.read(train), self.scene.values(train))
 
     def _keep(self, paths: PathArrays, stored: Answers) -> None:
-        self._paths, self._stored = paths, stored
+        self._inputs, self._stored = dict(zip(INPUTS, paths, strict=True)), stored
         self._rows = {v: np.flatnonzero(paths.variant == v) for v in np.unique(paths.variant)}
         features = dimensionless(paths)
         self._scale = {v: np.maximum(np.ptp(features[rows], axis=0), 1e-9) for v, rows in self._rows.items()}
@@ -70,29 +87,23 @@ class ContactInterpolation(ContactMetamodel):
         weight = 1.0 / np.maximum(distance[near], 1e-12) ** 2
         return rows[near], weight / weight.sum()
 
-    def _evaluate(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> Answers:
+    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+        check_learned(self.name, cases, self._rows)
         names = [name for name in wanted(outputs) if name != "contact_area"]
-        found: Answers = {name: np.empty((len(paths), len(positions), *self._stored[name].shape[2:])) for name in names}
-        every = len(positions) == self.scene.n_positions and (np.diff(positions) == 1).all()
-        for i in range(len(paths)):
-            rows, weight = self._weights(paths, i)
+        found: Answers = {name: np.empty((len(cases), *self._stored[name].shape[1:])) for name in names}
+        for i in range(len(cases)):
+            rows, weight = self._weights(cases, i)
             for name in names:
-                stored = self._stored[name] if every else self._stored[name][:, positions]
-                whole = len(rows) == len(stored)
-                found[name][i] = np.tensordot(weight, stored if whole else stored[rows], 1)
+                stored = self._stored[name]
+                found[name][i] = np.tensordot(weight, stored if len(rows) == len(stored) else stored[rows], 1)
         return finish(found, outputs)
 
-    def _state(self) -> xr.Dataset:
-        numbers = {name: (("stored",), values) for name, values in zip(INPUTS, self._paths, strict=True)}
-        return xr.Dataset({**numbers, **{name: (("stored", "position", *QUANTITIES[name].dims), array)
-                                         for name, array in self._stored.items()}})
-
-    def _restore(self, data: xr.Dataset) -> None:
-        self._keep(PathArrays(*(data[name].values for name in INPUTS)),
-                   {name: data[name].values for name in QUANTITIES})
+    def _restored(self, data: xr.Dataset) -> None:
+        self._keep(PathArrays(*(self._inputs[name] for name in INPUTS)),
+                   {name: self._stored[name] for name in QUANTITIES})
 
 
-INPUTS = ("input_variant", "input_c", "input_k1", "input_friction", "input_normal_force")
+INPUTS = ("variant", "c", "k1", "friction", "normal_force")
 
 
 def finish(found: Answers, outputs: str) -> Answers:

@@ -10,12 +10,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from rom.checks import real_number, whole_number
 from rom.datasets.splits import carve_validation
-from rom.metamodels.contact.on_modes import OnModes
-from rom.scenes import FingerOnGlass
+from rom.metamodels.finger_on_glass.on_modes import OnModes
+from rom.scenes.finger_on_glass import FingerOnGlass
 
 
-class ContactMlp(OnModes):
+class PathMlp(OnModes):
     """A perceptron of four ratios and the place along the path; the best weights on a validation part are kept.
 
     Parameters
@@ -30,10 +31,12 @@ class ContactMlp(OnModes):
         The rate at its peak.
     seed : int
     registration : {"auto", "slip", "none"}
-        See :class:`rom.metamodels.contact.on_modes.OnModes`.
+        See :class:`rom.metamodels.finger_on_glass.on_modes.OnModes`.
     """
 
     name: ClassVar[str] = "mlp"
+    seeded: ClassVar[bool] = True
+    colour: ClassVar[str] = "#D55E00"
     summary: ClassVar[str] = "a perceptron of the inputs and the place along the path gives POD coordinates, in float32"
 
     def __init__(self, scene: FingerOnGlass, rank: int | None = 40, width: int = 64, depth: int = 3, steps: int = 1500,
@@ -41,11 +44,9 @@ class ContactMlp(OnModes):
                  registration: str = "auto") -> None:
         for key, value, least in (("width", width, 1), ("depth", depth, 1), ("steps", steps, 1), ("batch", batch, 1),
                                   ("seed", seed, 0)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise ValueError(f"{key}={value!r} cannot be: give a whole number from {least} up")
-        if not learning_rate > 0 or not weight_decay >= 0:
-            raise ValueError(f"learning_rate={learning_rate!r}, weight_decay={weight_decay!r} cannot be: give a "
-                             "positive rate and a decay of zero or more")
+            whole_number(key, value, least)
+        real_number("learning_rate", learning_rate, above=0.0)
+        real_number("weight_decay", weight_decay, 0.0)
         super().__init__(scene, rank, registration, width=width, depth=depth, steps=steps, batch=batch,
                          learning_rate=learning_rate, weight_decay=weight_decay, seed=seed)
 
@@ -79,7 +80,8 @@ class ContactMlp(OnModes):
     def _learn(self, v: int, features: np.ndarray, target: np.ndarray) -> None:
         import torch
 
-        from rom.metamodels.networks.training import reproducible, train
+        from rom.metamodels.networks.determinism import reproducible
+        from rom.metamodels.networks.training import train
 
         setting, count = self.settings, target.shape[1]
         self._scales[v] = np.stack([features.mean(axis=0), np.maximum(features.std(axis=0), 1e-9)])

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
 
-from rom.datasets.contact_schema import QUANTITIES
+from rom.checks import choice, whole_number
 from rom.finger_on_glass.tissue import VARIANTS
-from rom.metamodels.contact.base import Answers, ContactMetamodel
-from rom.metamodels.contact.features import dimensionless
-from rom.metamodels.contact.kriging import Regressor, fit_regressor
-from rom.metamodels.contact.pod import FIELDS, SCALARS, PathSpace
-from rom.metamodels.contact.registration import Registration, slip_onset
-from rom.scenes import FingerOnGlass, PathArrays
+from rom.metamodels.finger_on_glass.features import dimensionless
+from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, not_on_glass
+from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
+from rom.metamodels.finger_on_glass.pod import FIELDS, SCALARS, PathSpace
+from rom.metamodels.finger_on_glass.registration import Registration, slip_onset
+from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.stored import Stored
+from rom.scenes import Answers, Scene
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.path_answers import QUANTITIES
+from rom.scenes.paths import PathArrays
 
 PROFILE_WEIGHT, SCALAR_WEIGHT = 0.3, 0.2
 """Of the relative errors of profiles and scalars, beside one for those of the displacement, in what a fit minimises."""
 
+LEAST_PATHS = 3
+"""Complete paths of a variant, below which nothing is learned from them."""
 REGISTRATIONS = ("auto", "slip", "none")
 FOLDS = 4
 """Parts of the training paths, each held back in turn, by which ``auto`` chooses."""
@@ -28,7 +35,7 @@ STORED = (*ARRAYS, "number")
 """Of a regressor, as it is stored."""
 
 
-class OnModes(ContactMetamodel):
+class OnModes(Metamodel):
     """POD coordinates from a regression; the subclasses say which.
 
     Parameters
@@ -36,17 +43,21 @@ class OnModes(ContactMetamodel):
     rank : int, optional
         Number of displacement modes of each variant; None: all that the training paths span.
     registration : {"auto", "slip", "none"}
-        Whether travel is counted in shares of that at which the finger slips (`rom.metamodels.contact.registration`);
+        Whether travel is counted in shares of that at which the finger slips (`rom.metamodels.finger_on_glass.registration`);
         ``auto``: for each variant what does better on training paths held back in turn.
     """
 
-    least_paths = 3
+    learns: ClassVar[bool] = True
+    stored: ClassVar[tuple[Stored, ...]] = (Stored("_by_variant"),)
+
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_on_glass(scene)
 
     def __init__(self, scene: FingerOnGlass, rank: int | None, registration: str, **settings: Any) -> None:
-        if registration not in REGISTRATIONS:
-            raise ValueError(f"registration={registration!r} is unknown: choose from {', '.join(REGISTRATIONS)}")
-        if rank is not None and (isinstance(rank, bool) or not isinstance(rank, int) or rank < 1):
-            raise ValueError(f"rank={rank!r} cannot be: give one or more, or None for all")
+        choice("registration", registration, REGISTRATIONS)
+        if rank is not None:
+            whole_number("rank", rank, 1)
         super().__init__(scene, rank=rank, registration=registration, **settings)
         self._forget()
 
@@ -61,7 +72,8 @@ class OnModes(ContactMetamodel):
         return sum(space.nbytes + self._means[v].nbytes + self._sizes[v].nbytes for v, space in self._spaces.items())
 
     def _fit(self, train: xr.Dataset) -> None:
-        paths = self.scene.case_arrays(train)
+        paths = self.scene.read(train)
+        check_counts(self.name, paths, LEAST_PATHS)
         self._forget()
         for v in map(int, np.unique(paths.variant)):
             rows = np.flatnonzero(paths.variant == v)
@@ -114,7 +126,8 @@ class OnModes(ContactMetamodel):
     def _coordinates(self, v: int, features: np.ndarray) -> np.ndarray:
         """(n_path, n_station, size) ndarray: what was learned."""
 
-    def _evaluate(self, paths: PathArrays, positions: np.ndarray, outputs: str) -> Answers:
+    def _evaluate(self, paths: PathArrays, outputs: str, out: None) -> Answers:
+        check_learned(self.name, paths, self._spaces)
         found: Answers = {}
         for v in map(int, np.unique(paths.variant)):
             rows = np.flatnonzero(paths.variant == v)
@@ -123,42 +136,41 @@ class OnModes(ContactMetamodel):
             state = self._coordinates(v, features) * self._sizes[v] + self._means[v]
             if v in self._registrations:
                 state = self._registrations[v].to_positions(state, features, self.scene.travel)
-            part = self._spaces[v].decode(mine, state[:, positions], outputs)
+            part = self._spaces[v].decode(mine, state, outputs)
             if len(rows) == len(paths):
                 return part
             for name, values in part.items():
                 found.setdefault(name, np.empty((len(paths), *values.shape[1:])))[rows] = values
         return found
 
-    def best_approximation(self, paths: PathArrays, displacement: np.ndarray) -> np.ndarray:
-        out = np.empty_like(displacement)
-        for v in map(int, np.unique(paths.variant)):
-            rows = paths.variant == v
-            out[rows] = self._spaces[v].project(displacement[rows])
+    def best_approximation(self, cases: PathArrays, values: np.ndarray) -> np.ndarray:
+        out = np.empty_like(values)
+        for v in map(int, np.unique(cases.variant)):
+            rows = cases.variant == v
+            out[rows] = self._spaces[v].project(values[rows])
         return out
 
     # ---- files ----------------------------------------------------------------------------------------------
 
-    def _state(self) -> xr.Dataset:
-        data: dict[str, tuple] = {}
+    @property
+    def _by_variant(self) -> dict[str, dict[str, np.ndarray]]:
+        """What was learned, as arrays by the name of the variant."""
+        found = {}
         for v, space in self._spaces.items():
-            name = VARIANTS[v]
             arrays = {"mean": self._means[v], "size": self._sizes[v],
                       **{f"mode_{field}": modes for field, modes in space.modes.items()}, **self._learned(v)}
             if v in self._registrations:
-                found = self._registrations[v]
-                arrays |= {"onset_grid": found.grid, "onset_level": np.array([found.level]),
-                           **{f"onset_{key}": array for key, array in stored(found.onset).items()}}
-            for key, array in arrays.items():
-                # a dimension of each array's own: ranks differ between variants
-                data[f"{name}_{key}"] = (tuple(f"{name}_{key}_{axis}" for axis in range(array.ndim)), array)
-        return xr.Dataset(data)
+                one = self._registrations[v]
+                arrays |= {"onset_grid": one.grid, "onset_level": np.array([one.level]),
+                           **{f"onset_{key}": array for key, array in stored(one.onset).items()}}
+            found[VARIANTS[v]] = arrays
+        return found
 
-    def _restore(self, data: xr.Dataset) -> None:
+    @_by_variant.setter
+    def _by_variant(self, found: dict[str, dict[str, np.ndarray]]) -> None:
         self._forget()
-        for name in self.trained.variants if self.trained else ():
-            v, prefix = VARIANTS.index(name), f"{name}_"
-            arrays = {str(key)[len(prefix):]: data[key].values for key in data if str(key).startswith(prefix)}
+        for name, arrays in found.items():
+            v, arrays = VARIANTS.index(name), dict(arrays)
             self._spaces[v] = PathSpace(self.scene, {f: arrays.pop(f"mode_{f}") for f in FIELDS})
             self._means[v], self._sizes[v] = arrays.pop("mean"), arrays.pop("size")
             if "onset_grid" in arrays:

@@ -1,7 +1,7 @@
 """Reduced coordinates of a variant's states: POD of displacement, pressure and shear, and the scalars beside them.
 
 Each snapshot counts by its relative error, so that light presses weigh as much as heavy ones. Pressures are taken over
-c and forces over the normal force, as in :mod:`rom.metamodels.contact.features`.
+c and forces over the normal force, as in :mod:`rom.metamodels.finger_on_glass.features`.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from typing import Self
 
 import numpy as np
 
-from rom.datasets.contact_schema import shape_of
-from rom.metamodels.contact.base import Answers
-from rom.metamodels.contact.interpolation import finish
-from rom.scenes import FingerOnGlass, PathArrays
+from rom.metamodels.finger_on_glass.interpolation import finish
+from rom.metamodels.pod_space import pod
+from rom.scenes import Answers
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.paths import PathArrays
 
 SCALARS = ("stretch_z", "normal_displacement", "tangential_force", "contact_left", "contact_right")
 FIELDS = ("displacement", "pressure", "shear")
@@ -23,19 +24,10 @@ PROFILE_RANK = 30
 
 
 def leading_modes(snapshots: np.ndarray, rank: int | None) -> np.ndarray:
-    """(r, n) ndarray: orthonormal POD modes of snapshots (m, n), each of weight one; fewer where they span less."""
-    size = np.linalg.norm(snapshots, axis=1)
-    weighted = snapshots[size > 0] / size[size > 0, None]
-    if not len(weighted):
+    """(r, n) ndarray: orthonormal POD modes of snapshots (m, n), each of weight one; none where all vanish."""
+    if not snapshots.any():
         return np.zeros((0, snapshots.shape[1]))
-    small = weighted @ weighted.T if len(weighted) <= weighted.shape[1] else weighted.T @ weighted
-    energy, vectors = np.linalg.eigh(small)
-    order = np.argsort(energy)[::-1]
-    kept = order[energy[order] > 1e-12 * energy[order[0]]][:rank]
-    modes = vectors[:, kept].T
-    if len(weighted) <= weighted.shape[1]:
-        modes = np.linalg.qr((modes @ weighted).T)[0].T
-    return np.ascontiguousarray(modes)
+    return np.ascontiguousarray(pod(snapshots, rank or len(snapshots)).vectors.T)
 
 
 @dataclass(eq=False)
@@ -101,7 +93,7 @@ class PathSpace:
             if name == "displacement" and outputs == "contact":
                 continue
             flat = state[..., self.start[name]] @ self.modes[name]
-            found[name] = flat.reshape(*state.shape[:2], *shape_of(self.scene, name))
+            found[name] = flat.reshape(*state.shape[:2], *self.scene.shape_of(name))
             if name != "displacement":
                 found[name] *= paths.c[:, None, None]
         return finish(found, outputs)

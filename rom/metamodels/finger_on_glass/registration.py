@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rom.metamodels.contact.kriging import Regressor, fit_regressor
-from rom.scenes import PathArrays
+from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
+from rom.scenes.paths import PathArrays
 
 SLIPPING = 0.95
 """Share of friction times normal force that the tangential force reaches at the onset."""

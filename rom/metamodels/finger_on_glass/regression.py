@@ -6,16 +6,19 @@ from typing import ClassVar
 
 import numpy as np
 
-from rom.metamodels.contact.kriging import Regressor, fit_regressor
-from rom.metamodels.contact.on_modes import STORED, OnModes, restored, stored
-from rom.scenes import FingerOnGlass
+from rom.checks import choice
+from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
+from rom.metamodels.finger_on_glass.on_modes import STORED, OnModes, restored, stored
+from rom.metamodels.metamodel import Curve
+from rom.scenes import Scene
+from rom.scenes.finger_on_glass import FingerOnGlass
 
 REGRESSORS = ("gp", "ridge", "knn")
 STAGES = ("press", "slide")
 """Learned apart: friction hardly matters to the first and rules the second, so that length scales differ."""
 
 
-class ContactRegression(OnModes):
+class PathRegression(OnModes):
     """POD coordinates of all positions of a stage at once: pressing, then sliding.
 
     Parameters
@@ -26,17 +29,25 @@ class ContactRegression(OnModes):
         Gaussian process with a length scale for each of the four ratios; polynomial of second degree; the nearest
         paths by inverse square distance.
     registration : {"auto", "slip", "none"}
-        See :class:`rom.metamodels.contact.on_modes.OnModes`.
+        See :class:`rom.metamodels.finger_on_glass.on_modes.OnModes`.
     """
 
     name: ClassVar[str] = "pod-regression"
+    colour: ClassVar[str] = "#44AA99"
     summary: ClassVar[str] = "learns POD coordinates of whole paths from four ratios of the inputs, a variant at a time"
 
     def __init__(self, scene: FingerOnGlass, rank: int | None = 40, regressor: str = "gp",
                  registration: str = "auto") -> None:
-        if regressor not in REGRESSORS:
-            raise ValueError(f"regressor={regressor!r} is unknown: choose from {', '.join(REGRESSORS)}")
+        choice("regressor", regressor, REGRESSORS)
         super().__init__(scene, rank, registration, regressor=regressor)
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve((*({"regressor": name} for name in ("ridge", "knn")), *({"rank": rank} for rank in (10, 20, 40))))
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"rank": 8},))
 
     def _forget(self) -> None:
         super()._forget()
