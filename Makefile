@@ -36,6 +36,9 @@ test-browser: $(STAMP)
 	tests/browser/install_chromium.sh
 	$(BIN)/python -m pytest tests/browser
 
+fuzz: $(STAMP)
+	$(BIN)/python experiments/fuzz_files.py
+
 measure-page: $(STAMP)
 	tests/browser/install_chromium.sh
 	$(BIN)/python experiments/interactive_page.py

@@ -185,35 +185,39 @@ def batch(folder: Path, seed: int, first: int, count: int, without_seal: bool, r
         report({"number": number, "file": kind.file, "reader": k, "outcome": outcome, "detail": detail[:300]})
 
 
-def campaign(count: int, seed: int = 0, *, without_seal: bool = False, timeout: float = 600.0,
+def campaign(folder: Path, count: int, seed: int = 0, *, without_seal: bool = False, timeout: float = 600.0,
              say: Callable[[str], None] = print) -> collections.Counter:
-    """Outcomes of ``count`` damaged files by kind of file; crashes and hangs of a batch count as such."""
+    """Outcomes of ``count`` damaged files by kind of file; crashes and hangs of a batch count as such.
+
+    Parameters
+    ----------
+    folder : Path
+        That :func:`make` has filled.
+    """
     found: collections.Counter = collections.Counter()
-    with tempfile.TemporaryDirectory() as name:
-        make(Path(name))
-        first = 0
-        while first < count:
-            size = min(BATCH, count - first)
-            words = [sys.executable, __file__, "--batch", name, *map(str, (seed, first, size, int(without_seal)))]
-            try:
-                done = subprocess.run(words, stdout=subprocess.PIPE, text=True, timeout=timeout, check=False)
-                lines, code = done.stdout.splitlines(), done.returncode
-            except subprocess.TimeoutExpired as error:
-                lines, code = (error.stdout or b"").decode().splitlines(), "hang"
-            records = [json.loads(line) for line in lines if line.endswith("}")]
-            for record in records:
-                if record["outcome"] != "started":
-                    found[record["file"], record["outcome"]] += 1
-                if record["outcome"] in ("other content", "traceback", "no sentence"):
-                    say(json.dumps(record))
-            if code != 0:
-                last = records[-1] if records else {"number": first, "file": "none"}
-                found[last["file"], "crash"] += 1
-                say(f"batch ended with {code}: {json.dumps(last)}")
-                first = last["number"] + 1
-            else:
-                first += size
-            say(f"{first} of {count}")
+    first = 0
+    while first < count:
+        size = min(BATCH, count - first)
+        words = [sys.executable, __file__, "--batch", str(folder), *map(str, (seed, first, size, int(without_seal)))]
+        try:
+            done = subprocess.run(words, stdout=subprocess.PIPE, text=True, timeout=timeout, check=False)
+            lines, code = done.stdout.splitlines(), done.returncode
+        except subprocess.TimeoutExpired as error:
+            lines, code = (error.stdout or b"").decode().splitlines(), "hang"
+        records = [json.loads(line) for line in lines if line.endswith("}")]
+        for record in records:
+            if record["outcome"] != "started":
+                found[record["file"], record["outcome"]] += 1
+            if record["outcome"] in ("other content", "traceback", "no sentence"):
+                say(json.dumps(record))
+        if code != 0:
+            last = records[-1] if records else {"number": first, "file": "none"}
+            found[last["file"], "crash"] += 1
+            say(f"batch ended with {code}: {json.dumps(last)}")
+            first = last["number"] + 1
+        else:
+            first += size
+        say(f"{first} of {count}")
     return found
 
 
@@ -232,7 +236,10 @@ def main() -> int:
         batch(Path(folder), seed, first, count, bool(without_seal),
               lambda record: print(json.dumps(record), flush=True))
         return 0
-    found = campaign(400 if arguments.quick else arguments.count, arguments.seed, without_seal=arguments.unsealed)
+    with tempfile.TemporaryDirectory() as name:
+        make(Path(name))
+        found = campaign(Path(name), 400 if arguments.quick else arguments.count, arguments.seed,
+                         without_seal=arguments.unsealed)
     outcomes = sorted({outcome for _, outcome in found})
     print("".join(f"{word:>16}" for word in ("file", *outcomes)))
     for kind in KINDS:
