@@ -102,8 +102,10 @@ def reading(path: str | Path) -> Iterator[None]:
     """Whatever the libraries below raise of a damaged file, said as a SchemaError in one sentence."""
     try:
         yield
-    except SchemaError:
-        raise
+    except SchemaError as error:
+        if str(path) in str(error):
+            raise
+        raise SchemaError(f"{path}: {error}") from error
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SchemaError(f"{path} is damaged ({shown(reason)[1:-1]}): delete it and make it again") from error
