@@ -40,8 +40,8 @@ def offline_cost(found: Results) -> Figure | None:
     tidy(axes, "x")
     return Figure("offline-cost.png", figure,
                   "What must be computed before the first answer; the parts stand one under the other, since the axis "
-                  f"is logarithmic. Written: the total, and after how many single {found.noun}s the time falls below that "
-                  f"of {found.method[found.baseline()]}, the fastest full-order method.",
+                  f"is logarithmic. Written: the total, and the single {found.noun}s after which it is repaid against "
+                  f"{found.method[found.baseline()]}, the fastest full-order method.",
                   "Bars of offline time for each method, with the answers after which it pays back.")
 
 
@@ -97,24 +97,26 @@ def timing(found: Results) -> Figure | None:
     rows = [i for i in map(found.headline, found.methods) if np.isfinite(values[i]).sum() > 1 and found.online[i] > 0]
     if not rows:
         return None
-    ratios = [values[i][np.isfinite(values[i])] / found.online[i] for i in rows]
-    half = [float(np.subtract(*np.percentile(one, [75, 25]))) for one in ratios]
-    wide = int(np.argmax(half))
-    figure = sheet(0.36 * len(rows) + 1.7, f"The middle half of the repeats spans at most {words.error(half[wide])} of "
-                   f"the median ({found.method[rows[wide]]})", COLUMN)
+    quantile = np.array([np.percentile(values[i][np.isfinite(values[i])], [5, 25, 75, 95]) / found.online[i]
+                         for i in rows])
+    half = quantile[:, 2] - quantile[:, 1]
+    figure = sheet(0.36 * len(rows) + 1.7, f"The middle half of the repeats spans at most {words.error(half.max())} of "
+                   f"the median ({found.method[rows[int(half.argmax())]]})", COLUMN)
     axes = figure.subplots()
-    labels = [f"{found.method[i]}, {words.seconds(found.online[i])}" for i in rows]
-    axes.boxplot(ratios[::-1], orientation="horizontal", whis=(5, 95), showfliers=False, tick_labels=labels[::-1],
-                 medianprops={"color": "black"})
+    y, colours = np.arange(len(rows))[::-1], [found.style(found.method[i]).colour for i in rows]
+    axes.barh(y, half, left=quantile[:, 1], height=0.5, color=colours, alpha=0.55)
+    axes.hlines(y, quantile[:, 0], quantile[:, 3], colors=colours, linewidth=1.2)
+    axes.vlines(np.ones(len(rows)), y - 0.25, y + 0.25, colors="black", linewidth=1.4)
+    axes.set_yticks(y, [f"{found.method[i]}, {words.seconds(found.online[i])}" for i in rows], fontsize=9)
     axes.set_xscale("log")
-    axes.set_xlim(min(0.9, axes.get_xlim()[0]), max(1.1, axes.get_xlim()[1]))
+    axes.set_xlim(min(0.9, quantile.min() / 1.03), max(1.1, quantile.max() * 1.03))
     axes.set_xticks(ticks_about_one(*axes.get_xlim()))
     axes.set_xlabel(f"time of one {found.noun} over its own median")
     number_axis(axes.xaxis)
     tidy(axes, "x")
     return Figure("timing-spread.png", figure,
                   "Spread of the timings of one case, whole answer, at the settings that stand for their methods; "
-                  "beside each name the median. Box: quartiles; whiskers: 5 to 95 %.",
+                  "beside each name the median. Box: quartiles; line: 5 to 95 %.",
                   "Box plots of raw timings relative to their median for each method.")
 
 

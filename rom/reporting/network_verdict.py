@@ -14,6 +14,8 @@ from rom.reporting.results import Results
 def network_verdict(found: Results) -> Iterator[str]:
     """Who is nearer and faster than whom, and what the training data cost; nothing where there are no networks."""
     split, methods = found.splits[0], networks(found)
+    if not methods:
+        return
     rivals = [m for m in found.reduced if m not in methods and np.isfinite(_error(found, m, split))]
     for method in methods:
         i, error = found.headline(method), _error(found, method, split)
@@ -26,9 +28,9 @@ def network_verdict(found: Results) -> Iterator[str]:
             ((False, True), "faster but farther off than"), ((False, False), "farther off and slower than"))
             if key in groups]
         yield f"Where {method} wins, and against whom (one {found.noun}, largest error): {'; '.join(parts)}."
-    most = max(methods, key=lambda m: learned_cases(found, m), default=None)
+    most = max(methods, key=lambda m: learned_cases(found, m))
     one = found.seconds("batch")[found.baseline("batch")]
-    if most is not None and np.isfinite(one):
+    if np.isfinite(one):
         i, cases, by_whom = found.headline(most), learned_cases(found, most), found.method[found.baseline("batch")]
         cost = found.per_entry("snapshot_seconds")[i]
         yield (f"The {cases:,} answers that {most} learned from cost {words.seconds(cost)}; {by_whom}, many at once, "
