@@ -75,7 +75,7 @@ OF_KIND = {"harmonic": {"effectivity.png"}, "static": set(),
 
 
 def test_every_figure_is_written_and_shown(report):
-    results, path = report
+    _, path = report
     shown = [image["src"] for image in Reader(path).images]
     assert set(shown) == ALWAYS | OF_KIND[path.parent.name.rstrip("0123456789")]
     assert shown[0] == "work-precision.png"
@@ -175,13 +175,12 @@ def test_one_method_alone(tmp_path, coarse):
 def test_numbers_that_are_missing(tmp_path, coarse):
     """NaN, infinite and absent values: a method whose fit failed, no natural modes, a part without cases."""
     data = make("harmonic", {k: HARMONIC[k][:2] for k in ("direct", "modal-krylov", "mlp")}, cases=60)
-    bad = data["method"].values == "mlp"
     for name in ("error_max", "error_p95", "error_median", "online_seconds", "batch_seconds", "output_seconds",
-                 "speedup", "batch_speedup", "output_speedup", "offline_seconds", "fit_seconds", "model_bytes",
+                 "offline_seconds", "fit_seconds", "model_bytes",
                  "call_seconds"):
         data[name] = data[name].astype(float).where(~data["method"].isin(["mlp"]))
     data["case_error"] = data["case_error"].where(~data["method"].isin(["mlp"]))
-    data["break_even_cases"][:] = np.where(bad, np.nan, np.inf)
+    data["online_seconds"] = data["online_seconds"].where(data["method"] != "modal-krylov", 1.0)  # slower than direct
     data["error_by_region"][:, 2] = np.nan
     data = data.drop_vars(["natural_frequency", "worst_truth", "mesh_floor_max"])
     (tmp_path / "worst-fields.png").write_bytes(b"of an earlier report")
@@ -244,7 +243,8 @@ def test_front_page_shows_a_card_for_everything_in_a_newcomers_order(tmp_path):
 
 
 PLATE = xr.Dataset(
-    {"error_max": (("entry", "split"), [[0.0], [1e-3]]), "online_seconds": (("entry", "repeat"), [[1e-2] * 3, [1e-4] * 3])},
+    {"error_max": (("entry", "split"), [[0.0], [1e-3]]),
+     "online_seconds": (("entry", "repeat"), [[1e-2] * 3, [1e-4] * 3])},
     coords={"method": ("entry", ["direct", "modal"]), "setting": ("entry", ["", "modes=2"]),
             "headline": ("entry", [True, True]), "split": ["all"]}, attrs={"gate": 0.01, "title": "A plate"})
 
@@ -265,7 +265,7 @@ def test_words_come_from_the_results(tmp_path, coarse):
     assert (found.truth, found.solvers, found.style("modal").colour) == ("modal", ["modal", "direct"], "#ABCDEF")
     words = Reader(write_report(data, tmp_path)).words
     assert "One blow at a time" in words and "Only the two corners" in words
-    assert "Truth: `modal`" in words.replace(" modal ", "`modal`") or "Truth:  modal" in words
+    assert re.search(r"Truth:\s+modal", words)
 
 
 def test_reporting_draws_without_pyplot_and_imports_without_matplotlib(tmp_path):
