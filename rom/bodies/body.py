@@ -93,7 +93,7 @@ class Body:
         """sha256 over everything that changes an answer: matrices, labels, grid."""
         digest = hashlib.sha256()
         model = self.model
-        for matrix in (model.stiffness, model._mass, model.loss_stiffness):
+        for matrix in model.matrices:
             if matrix is None:
                 digest.update(b"none")
             else:

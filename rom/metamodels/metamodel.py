@@ -8,14 +8,16 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import NotFittedError, SchemaError
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.stored import Stored, from_dataset, to_dataset
 from rom.metamodels.trained import TrainedRange
 from rom.metamodels.validity import Assessment, ValidityWarning, check_tolerance, joined, warning_text
@@ -23,27 +25,6 @@ from rom.provenance import stamp
 from rom.scenes import Scene, scene_from_json
 
 MODEL_VERSION = "1.0"
-
-
-class Curve(NamedTuple):
-    """Settings of one method in a comparison, and which of them is its headline: what speaks for it in tables."""
-
-    settings: tuple[dict[str, Any], ...] = ({},)
-    headline: int = -1
-
-
-class Needs(NamedTuple):
-    """What a method asks of the full-order model in `fit` and in its first answer."""
-
-    stiffness: bool = True
-    solves: bool = False
-    """Whether it solves the scene's own equation, real or complex as the scene is."""
-    modes: bool = False
-    responses: bool = False
-    """Whether static responses of the unit loads are computed."""
-    other_mesh: bool = False
-    network: bool = False
-    regression: bool = False
 
 
 class Metamodel(ABC):
@@ -188,9 +169,9 @@ class Metamodel(ABC):
                 values, found = self._answer(arrays)
                 kind, extra = np.full(len(arrays), found.kind), self.indicators(arrays)
             else:
-                from rom.metamodels.registry import answer_within
-
-                values, found, kind, answered_by = answer_within(self, arrays, tolerance)
+                # stands above the methods, since it chooses among them
+                within = import_module("rom.solving").answer_within
+                values, found, kind, answered_by = within(self, arrays, tolerance)
                 extra = {}
         extra = {**extra, **self.scene.check_answers(arrays, values, self.name)}
         for doubt in self.scene.doubts:
@@ -375,8 +356,6 @@ class Metamodel(ABC):
         trained = json.loads(attributes.get("trained", "null"))
         model.trained = None if trained is None else TrainedRange.from_dict(trained)
         return model
-
-    # ---- what each method writes ----------------------------------------------------------------------------
 
     @property
     def model_bytes(self) -> int:

@@ -20,8 +20,8 @@ from rom.fullorder import Modes
 from rom.fullorder.load_vectors import LoadVectors, load_vectors
 from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
 from rom.metamodels.certificate import gram, quadratic, rounding_size
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_harmonic, within
-from rom.metamodels.metamodel import Curve, Needs
 from rom.metamodels.modal_certificate import ModalCertificate
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays, LinearScene, Scene

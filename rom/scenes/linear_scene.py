@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
 from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, check_shapes, finite, positions_of
 from rom.scenes.inputs import Quantity
+from rom.scenes.load_labels import LoadLabels
 from rom.scenes.population import Population, RangePopulation
 from rom.scenes.question import PHASE, Question, default_question
 from rom.scenes.scene import Answers, Scene
@@ -137,7 +138,7 @@ class LinearScene(Scene):
 
     def not_spatial(self) -> str | None:
         """Why a method that interpolates over the places of loads does not apply, or None."""
-        return None if self.asked.spatial else "interpolates over places and normals of loads, which this scene's have not"
+        return None if self.asked.spatial else "interpolates over places and normals, which this scene's loads have not"
 
     @property
     def band_hz(self) -> float:
@@ -164,7 +165,7 @@ class LinearScene(Scene):
         loads, points = check_shapes(cases, self.name, tuple(one.name for one in of_loads),
                                      tuple(one.name for one in self.asked.points),
                                      {one.name: one.default for one in self.inputs if one.default is not None})
-        column = self._columns(loads)
+        column = self.load_labels.columns(loads)
         present = column != NO_FORCE
         if not present.any(axis=1).all():
             raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one load")
@@ -178,34 +179,9 @@ class LinearScene(Scene):
         return CaseArrays(np.where(present, column, 0), np.where(present, force, 0.0), **points)
 
     @cached_property
-    def _label_table(self) -> tuple[list[tuple[str, np.ndarray]], np.ndarray]:
-        """Each label's values in the order in which the loads list them, and each load's number among all of their
-        combinations."""
-        known, number = [], np.zeros(self.n_loads, dtype=np.int64)
-        for name, values in self.loads.labels.items():
-            _, first, inverse = np.unique(values, return_index=True, return_inverse=True)
-            number = number * len(first) + np.argsort(np.argsort(first))[inverse]
-            known.append((name, values[np.sort(first)]))
-        return known, number
-
-    def _columns(self, given: Mapping[str, np.ndarray]) -> np.ndarray:
-        """(n_case, n_force) ndarray of int: columns of the unit loads, or NO_FORCE where the first label names none."""
-        known, number = self._label_table
-        first, allowed = known[0]
-        wanted = positions_of(given[first], allowed, first)
-        present = wanted != NO_FORCE
-        for name, allowed in known[1:]:
-            code = positions_of(given[name][present], allowed, name)
-            if (code == NO_FORCE).any():
-                raise ValueError(f"{name} is missing where a force acts: give one of {', '.join(map(str, allowed))}")
-            wanted[present] = wanted[present] * len(allowed) + code
-        order = np.argsort(number)
-        rows = order[np.minimum(np.searchsorted(number[order], wanted), len(order) - 1)]
-        wrong = present & (number[rows] != wanted)
-        if wrong.any():
-            words = " ".join(str(given[name][wrong][0]) for name, _ in known)
-            raise ValueError(f"no load is called {words}: choose among {', '.join(self.loads.names[:8])} ...")
-        return np.where(present, rows, NO_FORCE)
+    def load_labels(self) -> LoadLabels:
+        """From labels to columns of the unit loads."""
+        return LoadLabels(self.loads)
 
     def load_index(self, *labels: Any) -> int:
         """Column of the unit load with these labels, in the order of ``loads.labels``: what ``CaseArrays.node`` holds.
@@ -216,7 +192,7 @@ class LinearScene(Scene):
             Where no load has them.
         """
         given = {name: np.array([[label]]) for name, label in zip(self.loads.labels, labels, strict=True)}
-        return int(self._columns(given)[0, 0])
+        return int(self.load_labels.columns(given)[0, 0])
 
     # ---- labels out -----------------------------------------------------------------------------------------
 
@@ -267,7 +243,7 @@ class LinearScene(Scene):
     def _whole_coordinates(self) -> dict[str, tuple]:
         if self.grid is None:
             return {"dof": ("dof", self.body.dof_names, {"long_name": "degree of freedom"})}
-        return self._at_nodes(np.arange(self.grid.n_node))
+        return self.grid.coordinates(np.arange(self.grid.n_node))
 
     @cached_property
     def _part_coordinates(self) -> dict[str, tuple]:
@@ -275,16 +251,7 @@ class LinearScene(Scene):
             return {"dof": ("dof", self.body.dof_names[self.part_rows], {"long_name": "degree of freedom"})}
         count = len(self.grid.components)
         places = self.grid.free[self.part_rows].reshape(-1, count)
-        return self._at_nodes(places[:, 0] // count)
-
-    def _at_nodes(self, node: np.ndarray) -> dict[str, tuple]:
-        grid = self.grid
-        assert grid is not None
-        return {
-            "node": ("node", grid.node_names[node], {"long_name": "mesh node", "units": "1"}),
-            "component": ("component", list(grid.components), {"long_name": "component of the displacement"}),
-            **{f"node_{axis}": ("node", grid.nodes[node, i], {"long_name": text, "units": "m"})
-               for i, (axis, text) in enumerate(zip("xyz", grid.axes, strict=False))}}
+        return self.grid.coordinates(places[:, 0] // count)
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
+from rom.datasets.tensors import read_weights, write_weights
 from rom.metamodels.basis import Basis, check_precision
-from rom.metamodels.metamodel import Metamodel, Needs
-from rom.metamodels.networks.files import read_weights, write_weights
+from rom.metamodels.facts import Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, LinearScene, Scene
 
 if TYPE_CHECKING:
