@@ -42,6 +42,18 @@ class Grid:
         What the grid is of, such as "fingertip mesh".
     known_hash : str, optional
         Digest that the mesh is known by already.
+
+    Examples
+    --------
+    One tetrahedron held at three corners: the fourth has three degrees of freedom, and every face is skin.
+
+    >>> import numpy as np
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> grid = Grid(corners, free=np.array([9, 10, 11]), cells={"tetra": np.array([[0, 1, 2, 3]])})
+    >>> grid.on_all_nodes(np.array([[1.0, 2.0, 3.0]]))[0, 3]
+    array([1., 2., 3.])
+    >>> len(grid.skin)
+    4
     """
 
     nodes: np.ndarray

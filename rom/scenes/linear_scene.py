@@ -15,11 +15,12 @@ from rom.bodies import Body, Grid, Loads
 from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
-from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, check_shapes, finite, positions_of
+from rom.scenes.cases import CaseArrays, positions_of
 from rom.scenes.inputs import Quantity
+from rom.scenes.linear_labels import label_cases, read_cases
 from rom.scenes.load_labels import LoadLabels
 from rom.scenes.population import Population, RangePopulation
-from rom.scenes.question import PHASE, Question, default_question
+from rom.scenes.question import Question, default_question
 from rom.scenes.scene import Answers, Scene
 
 RESIDUAL_LIMIT = 1e-10
@@ -159,24 +160,7 @@ class LinearScene(Scene):
     # ---- labels in ------------------------------------------------------------------------------------------
 
     def read(self, cases: xr.Dataset) -> CaseArrays:
-        if isinstance(cases, xr.Dataset):
-            self.check_origin(cases, "the batch of cases", required=False)
-        of_loads = [one for one in self.inputs if "force" in one.dims]
-        loads, points = check_shapes(cases, self.name, tuple(one.name for one in of_loads),
-                                     tuple(one.name for one in self.asked.points),
-                                     {one.name: one.default for one in self.inputs if one.default is not None})
-        column = self.load_labels.columns(loads)
-        present = column != NO_FORCE
-        if not present.any(axis=1).all():
-            raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one load")
-        force = finite(loads["force_amplitude"], "force_amplitude", "N")
-        if self.asked.phases:
-            force = force * np.exp(1j * finite(loads["force_phase"], "force_phase", "rad"))
-        for one in self.asked.points:
-            points[one.name] = finite(points[one.name], one.name, one.unit)
-            if (points[one.name] < 0).any():
-                raise ValueError(f"{one.name} {points[one.name].min():g} is negative: give zero or more")
-        return CaseArrays(np.where(present, column, 0), np.where(present, force, 0.0), **points)
+        return read_cases(self, cases)
 
     @cached_property
     def load_labels(self) -> LoadLabels:
@@ -197,22 +181,7 @@ class LinearScene(Scene):
     # ---- labels out -----------------------------------------------------------------------------------------
 
     def cases_from(self, cases: CaseArrays) -> xr.Dataset:
-        present = cases.force != 0.0
-        data: dict[str, Any] = {}
-        for one in self.asked.loads:
-            values = self.loads.labels[one.name]
-            words = values.dtype.kind in "UO"
-            shown = np.where(present, values[cases.node], NO_WORD if words else NO_FORCE)
-            data[one.name] = (one.dims, shown if words else shown.astype(np.int32), {
-                **one.attributes, **({} if words else {"missing_force": NO_FORCE})})
-        data["force_amplitude"] = (("case", "force"), np.abs(cases.force) if self.asked.phases else cases.force,
-                                   self.asked.amplitude.attributes)
-        if self.asked.phases:
-            data["force_phase"] = (PHASE.dims, np.angle(cases.force), PHASE.attributes)
-        for one in self.asked.points:
-            data[one.name] = ("case", getattr(cases, one.name), one.attributes)
-        return xr.Dataset(data, coords={"case": ("case", np.arange(len(cases)), {"long_name": "case", "units": "1"})},
-                          attrs={"scene": self.name, "scene_hash": self.content_hash})
+        return label_cases(self, cases)
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:  # type: ignore[override]

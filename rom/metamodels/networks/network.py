@@ -104,7 +104,8 @@ class Network(Metamodel):
     def _places(self) -> np.ndarray:
         """(n_load, 6) ndarray [-]: positions, centred and scaled to at most one, and outward normals."""
         position = self.scene.loads.position - self.scene.loads.position.mean(axis=0)
-        return np.concatenate([position / np.abs(position).max(), self.scene.loads.direction], axis=1).astype(np.float32)
+        places = np.concatenate([position / np.abs(position).max(), self.scene.loads.direction], axis=1)
+        return places.astype(np.float32)
 
     def _load_matrix(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, n_load) ndarray [N]: force at each load."""
