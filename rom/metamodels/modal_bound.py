@@ -27,14 +27,11 @@ import numpy as np
 from rom.fullorder import Modes
 from rom.fullorder.energy_norm import SUMS, UNIT, EnergyNorm, block_product, gamma
 from rom.fullorder.poles import operating_points
-from rom.metamodels.bounds import rounding_size, split_error
+from rom.metamodels.bounds import rounding_size, split_error, underflow
 from rom.metamodels.energy_form import EnergyForm, merged
-from rom.metamodels.mode_split import ModeSplit
+from rom.metamodels.mode_split import STEPS, ModeSplit
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays
-
-STEPS = 13
-"""Roundings of a coordinate, at most: its pole, its numerator, the complex quotient, and the products of a Galerkin one."""
 
 
 class OwnDefects:
@@ -84,7 +81,8 @@ class ModalBound:
         Stored("rest_leak", ("load",), "share of the loads' rests along the modes", "J0.5 N-1"),
         Stored("load_size", ("load",), "bound of the load's K^-1 norm", "J0.5 N-1"),
         Stored("modal_size", ("load",), "bound of the modal part's K^-1 norm", "J0.5 N-1"),
-        Stored("size", ("mode",), "rounding size", "J0.5 kg-0.5 m-1"), Stored("loss", ("mode",), "lost in storage"))
+        Stored("size", ("mode",), "rounding size", "J0.5 kg-0.5 m-1"), Stored("loss", ("mode",), "lost in storage"),
+        Stored("grain", (), "rounding size of a field of ones"))
 
     split: ModeSplit
     rest: EnergyForm
@@ -95,6 +93,7 @@ class ModalBound:
     modal_size: np.ndarray
     size: np.ndarray
     loss: np.ndarray
+    grain: float
 
     @classmethod
     def of(cls, energy: EnergyNorm, split: ModeSplit, modes: Modes, stored: np.ndarray, loads: np.ndarray,
@@ -133,6 +132,7 @@ class ModalBound:
         self.rest = EnergyForm.of(energy, rest)
         self.size = rounding_size(energy.model.stiffness, stored)
         self.loss = storage_loss(energy, stored, modes.shape.T)
+        self.grain = float(np.sqrt(abs(energy.model.stiffness).sum()))
         return self
 
     def measure_own(self, energy: EnergyNorm, modes: Modes, stored: np.ndarray, vectors: np.ndarray, first: np.ndarray,
@@ -215,7 +215,7 @@ class ModalBound:
             terms = modal.shape[1] + 2
             if own is None or own_coordinates is None or shares is None:
                 main, leak = rest_most, rest_leak
-                stored, lost = modal @ self.size, modal @ self.loss
+                stored, lost, sizes = modal @ self.size, modal @ self.loss, self.size.sum()
             else:
                 shares = merged(node, shares)
                 main = w * own.next.norms(node, shares)[1]
@@ -225,8 +225,10 @@ class ModalBound:
                 terms += node.shape[1] * (own_coordinates.shape[2] + 1)
                 stored = modal @ self.size + np.einsum("cfp,cfp->c", own_coordinates, own.size[node])
                 lost = modal @ self.loss + np.einsum("cfp,cfp->c", own_coordinates, own.loss[node])
+                sizes = self.size.sum() + own.size[node].sum(axis=(1, 2))
             outside, inside = split_error(beyond, kept, coupling, off, main + small, leak + np.sqrt(deviation) * small)
-            bound = np.hypot(np.sqrt(deviation) * inside, outside) + lost + gamma(terms, KINDS[precision]) * stored
+            bound = np.hypot(np.sqrt(deviation) * inside, outside) + (
+                lost + gamma(terms, KINDS[precision]) * stored + underflow(precision, terms, sizes, self.grain))
             # theorem 4
             answer = np.sqrt((modal * modal) @ theta)
             along = rest_leak + rounded + of_modes + np.sqrt(deviation) * load

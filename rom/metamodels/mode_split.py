@@ -11,6 +11,9 @@ from rom.fullorder.energy_norm import SUMS, UNIT, EnergyNorm, block_product, gam
 from rom.metamodels.bounds import amplification_beyond, eigenvalue_bound
 from rom.metamodels.stored import Stored
 
+STEPS = 13
+"""Roundings of a coordinate, at most: its pole, its numerator, the complex quotient, and the products of a Galerkin one."""
+
 
 class ModeSplit:
     """Quality of computed modes: their defects, what they lack of orthogonality, and which others there may be.
