@@ -16,7 +16,7 @@ from rom.fingertip import Fingertip
 from rom.provenance import stamp
 from rom.reporting import write_index
 from rom.reporting.experiment import write_experiment
-from rom.reporting.plate import Plate
+from rom.reporting.figure import Figure
 
 Progress = Callable[[Iterable, str], Iterable]
 """Wraps an iteration and its title, to show a bar."""
@@ -43,7 +43,7 @@ def spoken(tip: Fingertip) -> str:
 
 def run(
     main: Callable[..., xr.Dataset],
-    draw: Callable[[xr.Dataset], Sequence[Plate]],
+    draw: Callable[[xr.Dataset], Sequence[Figure]],
     findings: Callable[[xr.Dataset], Sequence[str]],
     name: str,
     *,

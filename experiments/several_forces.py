@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 import script
 import xarray as xr
-from several_forces_plates import draw
+from several_forces_figures import draw
 
 from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset

@@ -17,8 +17,11 @@ from rom.metamodels.direct import DirectOnDemand
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.residual_bound import MODES, residual_bound
 from rom.metamodels.some_loads import KrylovOfSomeLoads, SuperpositionOfSomeLoads, vectors_for
+from rom.metamodels.tolerance import answer_within
 from rom.metamodels.validity import check_tolerance
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
+
+__all__ = ["answer_within", "options", "solve"]
 
 COST = {
     "static factor": 275.0,
@@ -57,12 +60,12 @@ class Option:
     make: Callable[[], Metamodel | None]
 
 
-def options(scene: Scene, cases: CaseArrays, tolerance: float) -> list[Option]:
+def options(scene: LinearScene, cases: CaseArrays, tolerance: float) -> list[Option]:
     """The ways to answer, cheapest first.
 
     Parameters
     ----------
-    scene : Scene
+    scene : LinearScene
     cases : CaseArrays
     tolerance : float
     """
@@ -70,9 +73,9 @@ def options(scene: Scene, cases: CaseArrays, tolerance: float) -> list[Option]:
     return sorted(found, key=lambda option: option.cost)
 
 
-def _static_options(scene: Scene, cases: CaseArrays) -> list[Option]:
+def _static_options(scene: LinearScene, cases: CaseArrays) -> list[Option]:
     n_case, n_load = len(cases), len(np.unique(cases.node))
-    factor = 0.0 if scene.full_order.has_static_factorization else COST["static factor"]
+    factor = 0.0 if scene.model.has_static_factorization else COST["static factor"]
     return [
         Option("direct-reused", factor + n_case * COST["static column"],
                f"one factor and a solve for each of {n_case} cases", lambda: DirectOnDemand(scene).fit()),
@@ -81,7 +84,7 @@ def _static_options(scene: Scene, cases: CaseArrays) -> list[Option]:
                lambda: SuperpositionOfSomeLoads.of(scene, cases))]
 
 
-def _harmonic_options(scene: Scene, cases: CaseArrays, tolerance: float) -> list[Option]:
+def _harmonic_options(scene: LinearScene, cases: CaseArrays, tolerance: float) -> list[Option]:
     n_case, n_load, n_point = len(cases), len(np.unique(cases.node)), len(scene.groups(cases))
     bound = residual_bound(scene)
     at_hand = "modes" in bound.__dict__
@@ -98,19 +101,19 @@ def _harmonic_options(scene: Scene, cases: CaseArrays, tolerance: float) -> list
 
     cost = n_load * (vectors + 1) * COST["vector"] + MODES + n_case * COST["answer"]
     cost += 0.0 if at_hand else COST["modes"]
-    cost += 0.0 if scene.full_order.has_static_factorization else COST["static factor"]
+    cost += 0.0 if scene.model.has_static_factorization else COST["static factor"]
     return [direct, Option(
         "modal-krylov", cost,
         f"{MODES} modes{' at hand' if at_hand else ''} and {vectors} vectors for each of {n_load} loads serve all "
         f"{n_point} frequencies and loss factors", krylov)]
 
 
-def solve(scene: Scene, cases: xr.Dataset, tolerance: float = 1e-6) -> xr.Dataset:
+def solve(scene: LinearScene, cases: xr.Dataset, tolerance: float = 1e-6) -> xr.Dataset:
     """Answer labelled cases to a tolerance by the method that costs least.
 
     Parameters
     ----------
-    scene : Scene
+    scene : LinearScene
         Keeps the factor and the modes that are made, for the next call.
     cases : xr.Dataset
         See `Metamodel.predict`.
@@ -133,7 +136,7 @@ def solve(scene: Scene, cases: xr.Dataset, tolerance: float = 1e-6) -> xr.Datase
         Where no method met the tolerance.
     """
     tolerance = check_tolerance(tolerance)
-    arrays = scene.case_arrays(cases)
+    arrays = scene.read(cases)
     ranked = options(scene, arrays, tolerance)
     # direct solves are always possible
     model, chosen = next((model, option) for option in ranked if (model := option.make()) is not None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 from collections.abc import Mapping
 from functools import cached_property
@@ -60,7 +61,7 @@ class Body:
             stiffness = sum(list(regions.values())[1:], next(iter(regions.values())))
         self.__dict__.update(model=SecondOrderModel(stiffness, mass, **options), grid=grid, doubts=tuple(doubts),
                              viscous=viscous, stiffness_by_region=regions, origin=dict(origin or {}))
-        self.name = name
+        self.name, self.has_mass = name, mass is not None
         names = np.arange(self.model.n) if dof_names is None else np.asarray(dof_names)
         if names.shape != (self.model.n,) or len(np.unique(names)) != len(names):
             raise ValueError(f"{len(names)} names, {len(np.unique(names))} of them different, were given for "
@@ -91,6 +92,7 @@ class Body:
         """Why answers of this body are not to be trusted, whatever the method."""
         return ()
 
+<<<<<<< HEAD
     @cached_property
     def viscous(self) -> sp.csr_array | None:
         """(n, n) viscous damping [N s/m], where there is any."""
@@ -114,6 +116,20 @@ class Body:
     def coarser(self, scale: float) -> Coarser | None:
         """The same body with ``scale`` times as many elements along each edge; None where there is no other mesh."""
         return None
+=======
+    has_coarser: bool = False
+    """Whether there is another mesh of the same body."""
+
+    def coarser(self, scale: float) -> Coarser:
+        """The same body with ``scale`` times as many elements along each edge; ValueError where there is no other."""
+        raise ValueError(f"{self.name} has no other mesh: leave out the methods that solve on one")
+
+    def afresh(self) -> Body:
+        """The same body with nothing factorised yet."""
+        other = copy.copy(self)
+        other.__dict__["model"] = self.model.afresh()
+        return other
+>>>>>>> main
 
     @cached_property
     def content_hash(self) -> str:

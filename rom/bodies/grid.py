@@ -32,6 +32,8 @@ class Grid:
     region : dict of (n_cell,) ndarray of int, optional
         Index of each cell's region, by cell kind.
     region_names : tuple of str
+    region_noun : str
+        What a region is called, such as "tissue".
     names : (n_node,) ndarray, optional
         Labels of the nodes in the program that they come from; default: 0, 1, 2 ...
     sets : dict of ndarray of int
@@ -40,6 +42,8 @@ class Grid:
         What each coordinate means, in words.
     noun : str
         What the grid is of, such as "fingertip mesh".
+    known_hash : str, optional
+        Digest that the mesh is known by already.
     """
 
     nodes: np.ndarray
@@ -48,10 +52,12 @@ class Grid:
     components: tuple[str, ...] = COMPONENTS
     region: dict[str, np.ndarray] = field(default_factory=dict)
     region_names: tuple[str, ...] = ()
+    region_noun: str = "region"
     names: np.ndarray | None = None
     sets: dict[str, np.ndarray] = field(default_factory=dict)
     axes: tuple[str, ...] = ("position along x", "position along y", "position along z")
     noun: str = "mesh"
+    known_hash: str | None = None
 
     @property
     def n_node(self) -> int:
@@ -65,6 +71,8 @@ class Grid:
     @cached_property
     def mesh_hash(self) -> str:
         """sha256 over nodes, cells and free degrees of freedom."""
+        if self.known_hash is not None:
+            return self.known_hash
         digest = hashlib.sha256()
         for array in (self.nodes, self.free, *(self.cells[kind] for kind in sorted(self.cells))):
             digest.update(f"{array.shape} {array.dtype}".encode() + np.ascontiguousarray(array).tobytes())

@@ -76,10 +76,10 @@ def run(arguments: argparse.Namespace) -> None:
         write_netcdf(found, arguments.output)
         print(arguments.output)
     if arguments.figure is not None:
+        from rom.reporting.figure import Figure
         from rom.reporting.frequency_response import draw_response
-        from rom.reporting.plate import Plate
 
-        Plate(arguments.figure.name, draw_response(found), "", "").write(arguments.figure.parent)
+        Figure(arguments.figure.name, draw_response(found), "", "").write(arguments.figure.parent)
         print(arguments.figure)
     if arguments.vtu is not None:
         at = sweep_cases(scene, [arguments.at], directions, **options)

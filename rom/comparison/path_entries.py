@@ -23,7 +23,8 @@ log = logging.getLogger(__name__)
 SLOW = {"direct": 16, "coarse-fem": 4}
 """One held-out path in so many is followed where each takes seconds: `direct` is the truth itself, and the error of a
 coarse mesh varies little. All other methods answer every held-out path."""
-SOURCES = ("collagen", "scenes", "datasets/contact_schema.py", "datasets/path_solutions.py", "metamodels/contact")
+SOURCES = ("finger_on_glass", "scenes", "datasets/contact_schema.py", "datasets/path_solutions.py",
+           "metamodels/contact")
 
 
 def fit_entries(scene: FingerOnGlass, curves: dict[str, Curve], data: xr.Dataset, key: str, seed: int,

@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
-from rom.collagen.tissue import VARIANTS
 from rom.comparison.path_entries import SOURCES, fit_entries
 from rom.comparison.path_errors import DEFINITIONS, QUANTITIES, displacement_errors
 from rom.comparison.path_held_out import measure_errors, worst_paths
@@ -23,6 +22,7 @@ from rom.comparison.settings import NOT_APPLICABLE, Curve
 from rom.comparison.timing import threads_in_use
 from rom.datasets import SPLITS, select
 from rom.datasets.storage import whole_file
+from rom.finger_on_glass.tissue import VARIANTS
 from rom.metamodels import create, metamodel_class
 from rom.provenance import machine, source_digest, stamp
 from rom.scenes import FingerOnGlass, PathArrays

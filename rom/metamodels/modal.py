@@ -20,8 +20,11 @@ from rom.fullorder import Modes
 from rom.fullorder.load_vectors import LoadVectors, load_vectors
 from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
 from rom.metamodels.certificate import gram, quadratic, rounding_size
+from rom.metamodels.linear import not_harmonic, within
+from rom.metamodels.metamodel import Curve, Needs
 from rom.metamodels.modal_certificate import ModalCertificate
-from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene
+from rom.metamodels.stored import Stored
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 
 class Modal(ModalCertificate):
@@ -37,28 +40,52 @@ class Modal(ModalCertificate):
 
     name: ClassVar[str] = "modal"
     summary: ClassVar[str] = "sums the natural modes within a band, nothing else"
-    scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name, HarmonicPatchForces.name)
-    _shapes: Basis
+    colour: ClassVar[str] = "#CC6677"
+    static_reason: ClassVar[str] = ("a static answer has no resonance to sum over; unit-load responses are exact and "
+                                    "cheaper")
+    stored: ClassVar[tuple[Stored, ...]] = (
+        Stored("shapes", ("mode", "dof"), "mass-orthonormal mode shape", "kg-0.5"),
+        Stored("eigenvalue", ("mode",), "squared angular frequency", "rad2 s-2"),
+        Stored("participation", ("load", "mode"), "mode shape times unit load", "N kg-0.5"),
+        Stored("next_eigenvalue_bound"), *ModalCertificate.stored)
+    shapes: Basis
+    """The kept modes."""
 
-    def __init__(self, scene: Scene, modes: int | None = None, precision: str = "float64") -> None:
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_harmonic(scene, cls.static_reason)
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve(({}, *({"modes": within(scene, count)} for count in (40, 120))), headline=0)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"modes": within(scene, 6)}, {}))
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(modes=True, responses=True)
+
+    def __init__(self, scene: LinearScene, modes: int | None = None, precision: str = "float64") -> None:
         if modes is not None and modes < 1:
             raise ValueError(f"modes={modes} is too few: keep at least one mode, or leave it out for the scene's band")
         super().__init__(scene, modes=modes, precision=check_precision(precision))
 
     @property
     def model_bytes(self) -> int:
-        return self._shapes.nbytes + self.participation.nbytes
+        return self.shapes.nbytes + self.participation.nbytes
 
     @property
     def online_bytes(self) -> int:
-        return self._shapes.field.nbytes + 2 * self._shapes.field[0].nbytes
+        return self.shapes.field.nbytes + 2 * self.shapes.field[0].nbytes
 
     def _fit(self, train: xr.Dataset) -> None:
         modes = self._natural_modes()
         self._keep(modes)
-        static = self.scene.full_order.solve_static(self._unit_loads()).T
+        static = self.scene.model.solve_static(self._unit_loads()).T
         rest = static - (self.participation / modes.eigenvalue) @ modes.shape.T
-        self._prepare_certificate(modes, self._shapes.field, rest)
+        self._prepare_certificate(modes, self.shapes.field, rest)
 
     def _unit_loads(self) -> np.ndarray:
         """(n_free, n_load) ndarray: the loads that cases may name."""
@@ -67,14 +94,14 @@ class Modal(ModalCertificate):
     def _natural_modes(self) -> Modes:
         """As many as the setting says, or those within the scene's band."""
         count = self.settings["modes"]
-        return self.scene.full_order.natural_modes(
+        return self.scene.model.natural_modes(
             **({"below_hz": self.scene.band_hz} if count is None else {"count": count}))
 
     def kept_modes(self) -> Modes | None:
         """The kept modes, for other methods to build on; None where they are stored in single precision."""
         if self.settings["precision"] != "float64":
             return None
-        shape = np.ascontiguousarray(self._shapes.field.T)
+        shape = np.ascontiguousarray(self.shapes.field.T)
         return Modes(self.eigenvalue, shape, np.zeros(len(self.eigenvalue)), len(self.eigenvalue),
                      self.next_eigenvalue_bound, self.next_eigenvalue_bound)
 
@@ -82,7 +109,7 @@ class Modal(ModalCertificate):
         self.eigenvalue = modes.eigenvalue
         self.next_eigenvalue_bound = modes.next_eigenvalue_bound
         self.participation = self._unit_loads().T @ modes.shape
-        self._shapes = Basis(modes.shape.T, self.scene.pad_rows, self.settings["precision"])
+        self.shapes = Basis(modes.shape.T, self.scene.part_rows, self.settings["precision"])
 
     def coordinates(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, m) ndarray, complex: modal coordinates phi_k^T f / (lambda_k (1 + i eta) - omega^2)."""
@@ -91,29 +118,22 @@ class Modal(ModalCertificate):
         return load / (self.eigenvalue * stiffness - inertia)
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
-        return combine(self.coordinates(cases), self._shapes.rows(outputs), out)
-
-    def _state(self) -> xr.Dataset:
-        return xr.Dataset({
-            "mode_shape": (("mode", "dof"), self._shapes.field, {
-                "long_name": "mass-orthonormal mode shape", "units": "kg-0.5"}),
-            "eigenvalue": ("mode", self.eigenvalue, {"long_name": "squared angular frequency", "units": "rad2 s-2"}),
-            "participation": (("load", "mode"), self.participation, {
-                "long_name": "mode shape times unit load", "units": "N kg-0.5"}),
-            **self._certificate_state()},
-            attrs={"next_eigenvalue_bound": self.next_eigenvalue_bound})
-
-    def _restore(self, data: xr.Dataset) -> None:
-        self.eigenvalue = data["eigenvalue"].values
-        self.next_eigenvalue_bound = float(data.attrs["next_eigenvalue_bound"])
-        self.participation = data["participation"].values
-        self._shapes = Basis(data["mode_shape"].values, self.scene.pad_rows, self.settings["precision"])
-        self._restore_certificate(data)
+        return combine(self.coordinates(cases), self.shapes.rows(outputs), out)
 
 
 class ModalWithLoadVectors(Modal):
     """Modes plus vectors of each load's own; the parent of `modal-static` and `modal-krylov`."""
 
+    stored: ClassVar[tuple[Stored, ...]] = (
+        *Modal.stored, Stored("own_shapes", ("load", "vector", "dof"), "load-dependent vector, K-orthonormal", "m J-0.5"),
+        Stored("theta", ("load", "vector"), "reciprocal Ritz value", "s2"),
+        Stored("first", ("load", "vector"), "share of the load", "J0.5 N-1"),
+        Stored("last", ("load", "vector"), "share of the residual"),
+        Stored("beta", ("load",), "norm of the next vector", "s2"),
+        Stored("next_gram", ("load", "other_load"), "K products of the residuals' vectors"),
+        Stored("own_size", ("load", "vector"), "rounding size"))
+    own_shapes: Basis
+    """Each load's own vectors."""
     own_size: np.ndarray
     """(n_load, p) ndarray: :func:`rounding_size` of each load's own vectors."""
     next_gram: np.ndarray
@@ -121,39 +141,39 @@ class ModalWithLoadVectors(Modal):
 
     @property
     def model_bytes(self) -> int:
-        return super().model_bytes + self._own.nbytes + self.theta.nbytes + self.first.nbytes
+        return super().model_bytes + self.own_shapes.nbytes + self.theta.nbytes + self.first.nbytes
 
     @property
     def online_bytes(self) -> int:
-        return super().online_bytes + self._own.field[0].nbytes
+        return super().online_bytes + self.own_shapes.field[0].nbytes
 
     @property
     def n_vectors(self) -> int:
         return self.settings["vectors"]
 
     def _fit(self, train: xr.Dataset) -> None:
-        model, modes = self.scene.full_order, self._natural_modes()
+        model, modes = self.scene.model, self._natural_modes()
         self._keep(modes)
         found = load_vectors(model, modes, self._unit_loads(), self.n_vectors)
         self.theta, self.first, self.last, self.beta = found.theta, found.first, found.last, found.beta
-        self._own = Basis(found.vectors, self.scene.pad_rows, self.settings["precision"])
-        self._prepare_certificate(modes, self._shapes.field, np.einsum("lp,lpn->ln", found.first, found.vectors))
+        self.own_shapes = Basis(found.vectors, self.scene.part_rows, self.settings["precision"])
+        self._prepare_certificate(modes, self.shapes.field, np.einsum("lp,lpn->ln", found.first, found.vectors))
         self.next_gram = self._gram_of_residuals(found)
-        self.own_size = rounding_size(model.stiffness, self._own.field)
+        self.own_size = rounding_size(model.stiffness, self.own_shapes.field)
 
-    def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
+    def own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
         """(n_case, p) ndarray, complex: coordinates of one force's own vectors."""
         raise NotImplementedError
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
-        shapes, own = self._shapes.rows(outputs), self._own.rows(outputs)
+        shapes, own = self.shapes.rows(outputs), self.own_shapes.rows(outputs)
         stiffness, inertia = _point(cases)
         modal = self.coordinates(cases)
         kind = shapes.dtype
         out = room(out, len(cases), shapes.shape[1], np.result_type(kind, np.complex64))
         if cases.node.size == 1:  # one case, one force: two reads of m + p rows and nothing else
             node = cases.node[0, 0]
-            y = self._own_coordinates(cases.node[:, 0], cases.force[:, 0], stiffness, inertia)[0]
+            y = self.own_coordinates(cases.node[:, 0], cases.force[:, 0], stiffness, inertia)[0]
             for plane, q, own_q in ((out.real, modal[0].real, y.real), (out.imag, modal[0].imag, y.imag)):
                 np.add(q.astype(kind) @ shapes, own_q.astype(kind) @ own[node], out=plane[0])
             return out
@@ -163,7 +183,7 @@ class ModalWithLoadVectors(Modal):
             for i in range(len(cases)):
                 out[i] = combine(modal[i:i + 1], shapes)[0]
                 for j in range(cases.node.shape[1]):
-                    y = self._own_coordinates(cases.node[i:i + 1, j], cases.force[i:i + 1, j], stiffness[i], inertia[i])
+                    y = self.own_coordinates(cases.node[i:i + 1, j], cases.force[i:i + 1, j], stiffness[i], inertia[i])
                     out[i] += combine(y, own[cases.node[i, j]])[0]
         return out
 
@@ -171,7 +191,7 @@ class ModalWithLoadVectors(Modal):
                           out: np.ndarray) -> None:
         """One matrix product a load: the modes stay in cache, each load's own vectors are read once."""
         node = cases.node[:, 0]
-        coordinates = np.concatenate([modal, self._own_coordinates(node, cases.force[:, 0], *_point(cases))], axis=1)
+        coordinates = np.concatenate([modal, self.own_coordinates(node, cases.force[:, 0], *_point(cases))], axis=1)
         m, kind = len(shapes), shapes.dtype
         stack = np.empty((m + own.shape[1], shapes.shape[1]), dtype=kind)
         stack[:m] = shapes
@@ -188,20 +208,20 @@ class ModalWithLoadVectors(Modal):
 
     def _gram_of_residuals(self, found: LoadVectors) -> np.ndarray:
         """(n_load, n_load) ndarray: see :attr:`next_gram`."""
-        return gram(found.following, self.scene.full_order.stiffness)
+        return gram(found.following, self.scene.model.stiffness)
 
     def _residual_norm(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
         stiffness, inertia = _point(cases)
         share, size = np.empty(cases.node.shape, dtype=complex), np.zeros(len(cases))
         for j in range(cases.node.shape[1]):
             node = cases.node[:, j]
-            y = self._own_coordinates(node, cases.force[:, j], stiffness, inertia)
+            y = self.own_coordinates(node, cases.force[:, j], stiffness, inertia)
             share[:, j] = self._residual_share(node, y)
             size += np.einsum("cp,cp->c", np.abs(y), self.own_size[node])
         return inertia[:, 0] * quadratic(self.next_gram, cases.node, share), self.n_vectors * size
 
     def _residual_of_one(self, node: int, force: complex, stiffness: complex, inertia: float) -> tuple[float, float]:
-        y = self._own_coordinates(node, force, stiffness, inertia)
+        y = self.own_coordinates(node, force, stiffness, inertia)
         share, size = np.abs(self._residual_share(node, y)), max(float(self.next_gram[node, node]), 0.0)
         return inertia * float(share) * math.sqrt(size), self.n_vectors * float(np.abs(y) @ self.own_size[node])
 
@@ -213,29 +233,9 @@ class ModalWithLoadVectors(Modal):
         """(n_case,) ndarray: ``sqrt(u^H K u)`` of the answer, exact for one force, an upper bound for several."""
         stiffness, inertia = _point(cases)
         modal = np.sqrt((np.abs(self.coordinates(cases)) ** 2) @ self.eigenvalue)
-        own = sum(np.linalg.norm(self._own_coordinates(cases.node[:, j], cases.force[:, j], stiffness, inertia), axis=1)
+        own = sum(np.linalg.norm(self.own_coordinates(cases.node[:, j], cases.force[:, j], stiffness, inertia), axis=1)
                   for j in range(cases.node.shape[1]))
         return np.hypot(modal, own)
-
-    def _state(self) -> xr.Dataset:
-        data = super()._state()
-        data["own_vector"] = (("load", "vector", "dof"), self._own.field, {
-            "long_name": "load-dependent vector, K-orthonormal", "units": "m J-0.5"})
-        data["own_theta"] = (("load", "vector"), self.theta, {"long_name": "reciprocal Ritz value", "units": "s2"})
-        data["own_first"] = (("load", "vector"), self.first, {"long_name": "share of the load", "units": "J0.5 N-1"})
-        data["own_last"] = (("load", "vector"), self.last, {"long_name": "share of the residual", "units": "1"})
-        data["own_beta"] = ("load", self.beta, {"long_name": "norm of the next vector", "units": "s2"})
-        data["next_gram"] = (("load", "other_load"), self.next_gram, {
-            "long_name": "K products of the residuals' vectors", "units": "1"})
-        data["own_size"] = (("load", "vector"), self.own_size, {"long_name": "rounding size", "units": "1"})
-        return data
-
-    def _restore(self, data: xr.Dataset) -> None:
-        super()._restore(data)
-        self._own = Basis(data["own_vector"].values, self.scene.pad_rows, self.settings["precision"])
-        self.theta, self.first = data["own_theta"].values, data["own_first"].values
-        self.last, self.beta = data["own_last"].values, data["own_beta"].values
-        self.own_size, self.next_gram = data["own_size"].values, data["next_gram"].values
 
 
 class ModalStatic(ModalWithLoadVectors):
@@ -243,15 +243,25 @@ class ModalStatic(ModalWithLoadVectors):
 
     name: ClassVar[str] = "modal-static"
     summary: ClassVar[str] = "modes plus residual flexibility: each load's own static response of the left-out modes"
+    colour: ClassVar[str] = "#882255"
+    static_reason: ClassVar[str] = "its static part alone is already the exact answer: that is `superposition`"
     n_vectors = 1
 
-    def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve(tuple({"modes": within(scene, count)} for count in (20, 60, 160)))
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"modes": within(scene, 20)},))
+
+    def own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
         return (self.first[node] * np.asarray(force)[..., None]) / stiffness
 
     def _gram_of_residuals(self, found: LoadVectors) -> np.ndarray:
         # K^-1 r = omega^2 K^-1 M q_1 y = omega^2 (theta q_1 + beta q_2) y
         rows = found.theta[:, :1] * found.vectors[:, 0] + found.beta[:, None] * found.following
-        return gram(rows, self.scene.full_order.stiffness)
+        return gram(rows, self.scene.model.stiffness)
 
     def _residual_share(self, node, y) -> np.ndarray:
         return y[..., 0]
@@ -263,13 +273,29 @@ class ModalKrylov(ModalWithLoadVectors):
     name: ClassVar[str] = "modal-krylov"
     summary: ClassVar[str] = "modes plus a few load-dependent (Krylov) vectors of each load, with an error certificate"
 
-    def __init__(self, scene: Scene, modes: int | None = 40, vectors: int = 6, precision: str = "float64") -> None:
+    colour: ClassVar[str] = "#332288"
+    static_reason: ClassVar[str] = "its first vector alone is already the exact answer: that is `superposition`"
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        few, many = within(scene, 20), within(scene, 40)
+        single = {"modes": many, "precision": "float32"}
+        return Curve(({"modes": few, "vectors": 3}, {"modes": few, "vectors": 5},
+                      *({"vectors": vectors, **single} for vectors in (6, 8, 10)), {"modes": many, "vectors": 10}),
+                     headline=4)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        few = within(scene, 20)
+        return Curve(({"modes": few, "vectors": 3}, {"modes": few, "vectors": 6}))
+
+    def __init__(self, scene: LinearScene, modes: int | None = 40, vectors: int = 6, precision: str = "float64") -> None:
         if vectors < 1:
             raise ValueError(f"vectors={vectors} is too few: give one or more, or use the method `modal`")
         super().__init__(scene, modes, precision)
         self.settings["vectors"] = vectors
 
-    def _own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
+    def own_coordinates(self, node, force, stiffness, inertia) -> np.ndarray:
         return (self.first[node] * np.asarray(force)[..., None]) / (stiffness - inertia * self.theta[node])
 
     def _residual_share(self, node, y) -> np.ndarray:

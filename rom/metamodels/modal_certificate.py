@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
-import xarray as xr
 
 from rom.fullorder import Modes
 from rom.metamodels.certificate import (
@@ -29,12 +29,18 @@ from rom.metamodels.certificate import (
     rounding_size,
 )
 from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.stored import Stored
 from rom.metamodels.validity import Assessment, joined
 from rom.scenes import CaseArrays
 
 
 class ModalCertificate(Metamodel):
     """The certificate of a method that keeps the lowest modes; the parent of `Modal`."""
+
+    stored: ClassVar[tuple[Stored, ...]] = (
+        Stored("rest_gram", ("load", "other_load"), "K^-1 products of what the modes leave of the loads", "J N-2"),
+        Stored("defect", ("mode",), "defect", "J0.5 kg-0.5 m-1"),
+        Stored("shape_size", ("mode",), "rounding size", "J0.5 kg-0.5 m-1"))
 
     eigenvalue: np.ndarray
     """(m,) ndarray [rad^2/s^2]"""
@@ -61,7 +67,7 @@ class ModalCertificate(Metamodel):
 
         ``rest`` holds the static responses to the unit loads, less what the modes carry of them.
         """
-        model = self.scene.full_order
+        model = self.scene.model
         self.rest_gram = gram(rest, model.stiffness)
         self.defect = mode_defect(model, modes)
         self.shape_size = rounding_size(model.stiffness, fields)
@@ -180,13 +186,3 @@ class ModalCertificate(Metamodel):
 
     def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
         return self.quick_assessment(cases)
-
-    def _certificate_state(self) -> dict[str, tuple]:
-        return {"rest_gram": (("load", "other_load"), self.rest_gram, {
-                    "long_name": "K^-1 products of what the modes leave of the loads", "units": "J N-2"}),
-                "mode_defect": ("mode", self.defect, {"long_name": "defect", "units": "J0.5 kg-0.5 m-1"}),
-                "mode_size": ("mode", self.shape_size, {"long_name": "rounding size", "units": "J0.5 kg-0.5 m-1"})}
-
-    def _restore_certificate(self, data: xr.Dataset) -> None:
-        self.rest_gram = data["rest_gram"].values
-        self.defect, self.shape_size = data["mode_defect"].values, data["mode_size"].values

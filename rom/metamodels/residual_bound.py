@@ -25,7 +25,7 @@ import scipy.sparse as sp
 
 from rom.fullorder import Modes, SecondOrderModel
 from rom.metamodels.certificate import amplification_beyond, amplification_of, mode_defect
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
 
 MODES = 40
 """Modes that the split is made with: they reach well beyond the band of every scene."""
@@ -37,7 +37,7 @@ SOLVE_SAFETY = 1e-6
 """Allowance, relative, for the rounding of the static solves in the norms they give."""
 
 
-def residual_bound(scene: Scene) -> ResidualBound:
+def residual_bound(scene: LinearScene) -> ResidualBound:
     """The scene's own, made once and shared by all of its metamodels."""
     if "_residual_bound" not in scene.__dict__:  # as functools.cached_property keeps its values, frozen class or not
         scene.__dict__["_residual_bound"] = ResidualBound(scene)
@@ -47,13 +47,13 @@ def residual_bound(scene: Scene) -> ResidualBound:
 class ResidualBound:
     """Bounds of answers to the cases of one scene; factor of K and modes are made when first needed."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: LinearScene) -> None:
         self.scene = scene
 
     @property
     def model(self) -> SecondOrderModel:
         """The full-order model, whose factor of K serves all norms."""
-        return self.scene.full_order
+        return self.scene.model
 
     @cached_property
     def modes(self) -> Modes:
@@ -87,12 +87,34 @@ class ResidualBound:
 
     @cached_property
     def _condition(self) -> float:
-        stiffness, vector = self.model.stiffness, np.random.default_rng(0).standard_normal(self.model.n)
+        largest = float(abs(self.model.stiffness).sum(axis=1).max())
+        return largest / self._smallest
+
+    @cached_property
+    def _smallest(self) -> float:
+        """Smallest eigenvalue of K [N/m], on the safe side."""
+        vector = np.random.default_rng(0).standard_normal(self.model.n)
         for _ in range(6):
             vector = self.model.solve_static(vector / np.linalg.norm(vector))
-        smallest = 0.5 / np.linalg.norm(vector)  # a Rayleigh quotient comes from above: half of it is safe
-        largest = float(abs(stiffness).sum(axis=1).max())
-        return float(largest / smallest)
+        return float(0.5 / np.linalg.norm(vector))  # a Rayleigh quotient comes from above: half of it is safe
+
+    @cached_property
+    def _load_size(self) -> np.ndarray:
+        """(n_load,) ndarray [J^1/2 N^-1]: ``||b||_(K^-1)`` of each unit load at most, whatever its entries' signs."""
+        return np.linalg.norm(self.scene.unit_loads, axis=0) / np.sqrt(self._smallest)
+
+    def load_rounding(self, cases: CaseArrays) -> np.ndarray:
+        """What summing the load in double precision may change of the answer, resonance aside.
+
+        The load differs from the sum of its forces by ``|df| <= (q + 1) u sum |F_j b_j|`` for q forces, which moves
+        the static answer by ``||df||_(K^-1)``. Forces that nearly cancel leave it as large as each of them makes it.
+
+        Returns
+        -------
+        (n_case,) ndarray [J^1/2]
+        """
+        terms = (cases.node.shape[1] + 1) * 2.0 ** -53
+        return terms * np.einsum("cf,cf->c", np.abs(cases.force), self._load_size[cases.node])
 
     def residuals(self, cases: CaseArrays, values: np.ndarray, kind: type = np.longdouble) -> np.ndarray:
         """f - Z u_hat, summed in extended precision, rounded once.
@@ -155,7 +177,9 @@ class ResidualBound:
         error = self.model.static_factorization.solve(residual)
         miss = np.sqrt(np.maximum(np.einsum("nc,nc->c", residual, error), 0.0))
         true = energy_norms(values.T + error, self.model.stiffness)
-        return _relative(miss * (1.0 + SOLVE_SAFETY), true * (1.0 - SOLVE_SAFETY)) + self.rounding(kind) * (true > 0)
+        load = self.load_rounding(cases)
+        return _relative(miss * (1.0 + SOLVE_SAFETY) + load, true * (1.0 - SOLVE_SAFETY) - load) + (
+            self.rounding(kind) * (true > 0))
 
     def _harmonic(self, cases: CaseArrays, values: np.ndarray, kind: type) -> np.ndarray:
         modes = self.modes
@@ -172,7 +196,7 @@ class ResidualBound:
             beyond = amplification_beyond(modes.next_eigenvalue_bound, stiffness, inertia)
             anywhere = np.maximum(beyond, amplification_of(modes.eigenvalue, stiffness, inertia))
             left = beyond * norm + anywhere * np.abs(stiffness) * (self._defect @ np.abs(share))
-            left *= 1.0 + SOLVE_SAFETY
+            left = left * (1.0 + SOLVE_SAFETY) + anywhere * self.load_rounding(cases)
             # u's part in the modes is known, and the rest of u is at least that of u_hat less what is left
             inside = self._mass_shape.T @ values.T
             outer = energy_norms(values.T - modes.shape @ inside, self.model.stiffness)

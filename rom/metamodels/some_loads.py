@@ -22,18 +22,18 @@ from rom.metamodels.modal import ModalKrylov
 from rom.metamodels.residual_bound import residual_bound
 from rom.metamodels.superposition import Superposition
 from rom.metamodels.validity import Assessment
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
 
 MOST_VECTORS = 24
 """More would cost more than direct solves, and a band that needs them asks for more modes."""
 
 
-def vectors_for(scene: Scene, cases: CaseArrays, tolerance: float, modes: Modes | None = None) -> int | None:
+def vectors_for(scene: LinearScene, cases: CaseArrays, tolerance: float, modes: Modes | None = None) -> int | None:
     """Forecast of the number of vectors a load with which `modal-krylov` meets a tolerance.
 
     Parameters
     ----------
-    scene : Scene
+    scene : LinearScene
     cases : CaseArrays
     tolerance : float
     modes : Modes, optional
@@ -78,7 +78,7 @@ class SuperpositionOfSomeLoads(SomeLoads, Superposition):
     """`superposition` of the loads of some cases alone."""
 
     @classmethod
-    def of(cls, scene: Scene, cases: CaseArrays) -> Self:
+    def of(cls, scene: LinearScene, cases: CaseArrays) -> Self:
         """Fitted to the loads that ``cases`` name."""
         model = cls(scene)
         model.loads = np.unique(cases.node)
@@ -92,12 +92,12 @@ class KrylovOfSomeLoads(SomeLoads, ModalKrylov):
     """`modal-krylov` that knows the loads of some cases alone; not for files."""
 
     @classmethod
-    def of(cls, scene: Scene, cases: CaseArrays, vectors: int, modes: Modes | None = None) -> Self:
+    def of(cls, scene: LinearScene, cases: CaseArrays, vectors: int, modes: Modes | None = None) -> Self:
         """Fitted to the loads that ``cases`` name.
 
         Parameters
         ----------
-        scene : Scene
+        scene : LinearScene
         cases : CaseArrays
         vectors : int
         modes : Modes, optional

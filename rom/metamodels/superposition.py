@@ -10,10 +10,12 @@ import xarray as xr
 from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import Basis, check_precision, room
 from rom.metamodels.certificate import UNIT_ROUNDOFF, gram, quadratic, rounding_size
-from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.linear import not_linear
+from rom.metamodels.metamodel import Curve, Metamodel, Needs
 from rom.metamodels.residual_bound import residual_bound
+from rom.metamodels.stored import Stored
 from rom.metamodels.validity import Assessment
-from rom.scenes import CaseArrays, Scene, StaticPointForces
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 
 class Superposition(Metamodel):
@@ -21,7 +23,12 @@ class Superposition(Metamodel):
 
     name: ClassVar[str] = "superposition"
     summary: ClassVar[str] = "adds up stored unit-load responses, exact because statics are linear"
-    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name,)
+    colour: ClassVar[str] = "#56B4E9"
+    stored: ClassVar[tuple[Stored, ...]] = (
+        Stored("_basis", ("load", "dof"), "displacement under a unit force", "m N-1"),
+        Stored("gram", ("load", "other_load"), "K products of the unit responses", "J N-2"),
+        Stored("defect", ("load",), "energy norm of the error", "J0.5 N-1"),
+        Stored("size", ("load",), "rounding size", "J0.5 N-1"))
     _basis: Basis
     gram: np.ndarray
     """(n_load, n_load) ndarray [J N^-2]: K products of the unit responses; energies of all answers."""
@@ -30,7 +37,25 @@ class Superposition(Metamodel):
     size: np.ndarray
     """(n_load,) ndarray [J^1/2 N^-1]: :func:`rounding_size` of each stored response."""
 
-    def __init__(self, scene: Scene, precision: str = "float64") -> None:
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_linear(scene) or (
+            "unit-load responses differ at every frequency and loss factor; storing them all is a look-up table, not a "
+            "model" if scene.harmonic else None)
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve(({}, {"precision": "float32"}), headline=0)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve()
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(responses=True)
+
+    def __init__(self, scene: LinearScene, precision: str = "float64") -> None:
         super().__init__(scene, precision=check_precision(precision))
 
     @property
@@ -43,9 +68,9 @@ class Superposition(Metamodel):
         return (self.scene.max_forces + 1) * row
 
     def _fit(self, train: xr.Dataset) -> None:
-        model = self.scene.full_order
+        model = self.scene.model
         responses = model.solve_static(self.scene.unit_loads[:, self._loads()])
-        self._basis = Basis(responses.T, self.scene.pad_rows, self.settings["precision"])
+        self._basis = Basis(responses.T, self.scene.part_rows, self.settings["precision"])
         self._measure(model)
 
     def _loads(self) -> np.ndarray:
@@ -63,16 +88,19 @@ class Superposition(Metamodel):
         self.size = rounding_size(model.stiffness, stored)
 
     def error_bound(self, cases: CaseArrays) -> np.ndarray:
-        """(n_case,) ndarray [J^1/2]: bound of ``sqrt(e^H K e)``: the stored responses' errors, and rounding."""
+        """(n_case,) ndarray [J^1/2]: bound of ``sqrt(e^H K e)``: the stored responses' errors, and all rounding."""
         force = np.abs(cases.force)
         unit = UNIT_ROUNDOFF[self.settings["precision"]]
         # forces are rounded to the precision of the rows, products and sums follow
-        return np.einsum("cf,cf->c", force, (self.defect + (cases.node.shape[1] + 2) * unit * self.size)[cases.node])
+        stored = self.defect + (cases.node.shape[1] + 2) * unit * self.size
+        return np.einsum("cf,cf->c", force, stored[cases.node]) + residual_bound(self.scene).load_rounding(
+            CaseArrays(self._loads()[cases.node], cases.force))
 
     def quick_assessment(self, cases: CaseArrays) -> Assessment:
         """A rigorous relative bound: nearly cancelling forces raise it."""
         bound = self.error_bound(cases)
         size = quadratic(self.gram, cases.node, cases.force, below=True)
+        size = size - residual_bound(self.scene).load_rounding(CaseArrays(self._loads()[cases.node], cases.force))
         error = np.divide(bound, size, out=np.where(bound == 0.0, 0.0, np.inf), where=size > 0)
         return Assessment(error, "bound", np.full(len(cases), "")).with_large_errors_named()
 
@@ -87,16 +115,3 @@ class Superposition(Metamodel):
             # reads the loaded nodes' rows alone, not all 239
             np.matmul(force[i], rows[cases.node[i]], out=out[i])
         return out
-
-    def _state(self) -> xr.Dataset:
-        return xr.Dataset({
-            "unit_response": (("load", "dof"), self._basis.field, {
-                "long_name": "displacement under a unit normal force", "units": "m N-1"}),
-            "gram": (("load", "other_load"), self.gram, {
-                "long_name": "K products of the unit responses", "units": "J N-2"}),
-            "defect": ("load", self.defect, {"long_name": "energy norm of the error", "units": "J0.5 N-1"}),
-            "size": ("load", self.size, {"long_name": "rounding size", "units": "J0.5 N-1"})})
-
-    def _restore(self, data: xr.Dataset) -> None:
-        self._basis = Basis(data["unit_response"].values, self.scene.pad_rows, self.settings["precision"])
-        self.gram, self.defect, self.size = (data[name].values for name in ("gram", "defect", "size"))

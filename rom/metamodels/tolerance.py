@@ -67,7 +67,7 @@ def _first(model: Metamodel, cases: CaseArrays, tolerance: float) -> tuple[np.nd
     values, found = model._answer(cases)
     if found.kind != "none":
         return values, found
-    if model.scene.outputs == "pad":
+    if model.scene.outputs != "field":
         field = model.evaluate(cases, "field")
         return values, model.assess(cases, field)
     return values, model.assess(cases, values)
@@ -97,7 +97,7 @@ def _as_far_as_solvable(model: Metamodel, cases: CaseArrays) -> tuple[np.ndarray
         return model._answer(cases)
     except SolverError:
         if len(cases) == 1:
-            width = len(model.scene.pad_rows) if model.scene.outputs == "pad" else model.scene.n_free
+            width = model.scene.n_outputs(model.scene.outputs)
             return np.full((1, width), np.nan, dtype=model.scene.dtype), Assessment.unknown(np.array(["singular"]))
     parts = [_as_far_as_solvable(model, cases.take(slice(i, i + 1))) for i in range(len(cases))]
     found = [judged for _, judged in parts]

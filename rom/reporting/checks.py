@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from rom.reporting import palette, words
-from rom.reporting.plate import Plate, number_axis, sheet, ticks_about_one, tidy
+from rom.reporting.figure import Figure, number_axis, sheet, ticks_about_one, tidy
 from rom.reporting.results import Results
 
 
-def effectivity(found: Results) -> Plate | None:
+def effectivity(found: Results) -> Figure | None:
     """Bound of the energy error over the true energy error, for every entry that bounds itself."""
     low, middle, high = (found.per_entry(f"effectivity_{name}") for name in ("min", "median", "max"))
     rows = [i for i in range(len(low)) if np.isfinite([low[i], middle[i], high[i]]).all()]
@@ -33,13 +33,13 @@ def effectivity(found: Results) -> Plate | None:
     axes.set_xlabel("bound over true energy error [1]")
     number_axis(axes.xaxis)
     tidy(axes, "x")
-    return Plate("effectivity.png", figure,
+    return Figure("effectivity.png", figure,
                  "Certificates: the guaranteed bound of the energy error over the true one, from the least to the "
                  "largest, the marker at the median. At 1 the bound is sharp; below 1 it would be wrong.",
                  "Range of bound over true error for each setting that returns a bound.")
 
 
-def timing(found: Results) -> Plate | None:
+def timing(found: Results) -> Figure | None:
     """Quartiles of the raw timings of one case, relative to their own median."""
     values = np.asarray(found.data["online_seconds"].transpose("entry", "repeat").values, dtype=float)
     rows = [i for i in map(found.headline, found.methods) if np.isfinite(values[i]).sum() > 1 and found.online[i] > 0]
@@ -68,7 +68,7 @@ def timing(found: Results) -> Plate | None:
     axes.set_xlabel("time of one case over its own median [1]; box: quartiles, whiskers: 5 to 95 %")
     number_axis(axes.xaxis)
     tidy(axes, "x")
-    return Plate("timing-spread.png", figure,
+    return Figure("timing-spread.png", figure,
                  "Spread of the timings of one case, full field, at the headline settings; beside each name the "
                  "median.",
                  "Box plots of raw timings relative to their median for each method.")

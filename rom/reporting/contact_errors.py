@@ -6,11 +6,11 @@ import numpy as np
 
 from rom.reporting import palette, words
 from rom.reporting.error_over_inputs import shown_methods
-from rom.reporting.plate import Plate, drawable, error_axis, gate_line, legend_below, sheet, tidy
+from rom.reporting.figure import Figure, drawable, error_axis, gate_line, legend_below, sheet, tidy
 from rom.reporting.results import Results
 
 
-def error_along_path(found: Results) -> Plate | None:
+def error_along_path(found: Results) -> Figure | None:
     """Displacement error over load share and travel; None for scenes without contact."""
     if not found.contact or "position_error" not in found.data:
         return None
@@ -43,13 +43,13 @@ def error_along_path(found: Results) -> Plate | None:
     grid[-1][0].set_xlabel("pressing: share of the normal force [1]")
     grid[-1][1].set_xlabel("sliding: travel of the plate [mm]")
     legend_below(figure, list(grid.ravel()))
-    return Plate("error-along-path.png", figure,
+    return Figure("error-along-path.png", figure,
                  "Displacement error along the path, over the held-out paths, at each method's headline setting: first "
                  "while the plate is pressed on, then while it is moved along.",
                  "Largest and median displacement error of each method over load share and over travel.")
 
 
-def contact_quantities(found: Results) -> Plate | None:
+def contact_quantities(found: Results) -> Figure | None:
     """Errors of what one measures at the contact, apart from displacements."""
     if not found.contact:
         return None
@@ -77,13 +77,13 @@ def contact_quantities(found: Results) -> Plate | None:
     panels[0].set_ylabel("relative error [1]: marker largest, dash median")
     legend_below(figure, panels)
     meaning = found.record("quantity_definitions") or {}
-    return Plate("contact-quantities.png", figure,
+    return Figure("contact-quantities.png", figure,
                  "Contact quantities at each method's headline setting, over all positions of the held-out paths. "
                  + " ".join(f"{name.capitalize()}: {text}." for name, text in meaning.items()),
                  "Largest and median error of tangential force, contact area, pressure profile and approach by method.")
 
 
-def error_by_variant(found: Results) -> Plate | None:
+def error_by_variant(found: Results) -> Figure | None:
     """Displacement and force errors by arrangement of the fibres, published split."""
     if not found.contact or "variant" not in found.data.variables:
         return None
@@ -115,7 +115,7 @@ def error_by_variant(found: Results) -> Plate | None:
         tidy(axes, "y")
     panels[0].set_ylabel("relative error [1]: marker largest, dash median")
     legend_below(figure, panels)
-    return Plate("error-by-fibres.png", figure,
+    return Figure("error-by-fibres.png", figure,
                  f"Error of held-out paths ({found.splits[0]} split) by arrangement of the collagen fibres.",
                  "Largest and median error of displacement and of tangential force for each fibre arrangement.")
 

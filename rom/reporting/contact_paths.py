@@ -8,13 +8,13 @@ import numpy as np
 
 from rom.reporting import palette, words
 from rom.reporting.fields import length_unit
-from rom.reporting.plate import Plate, legend_below, sheet, tidy
+from rom.reporting.figure import Figure, legend_below, sheet, tidy
 from rom.reporting.results import SOLVERS, Results
 
 MOST = 6
 
 
-def worst_paths(found: Results) -> Plate | None:
+def worst_paths(found: Results) -> Figure | None:
     """Tangential force and contact area along each method's worst path."""
     if "worst_force_truth" not in found.data:
         return None
@@ -38,13 +38,13 @@ def worst_paths(found: Results) -> Plate | None:
     grid[0][0].set_ylabel("tangential force [N]")
     grid[1][0].set_ylabel("contact area [mm²]")
     legend_below(figure, list(grid.ravel()))
-    return Plate("worst-paths.png", figure,
+    return Figure("worst-paths.png", figure,
                  "Each method's worst held-out path by displacement (published split): tangential force and contact "
                  "area while the plate moves along, full model in black.",
                  "Tangential force and contact area over travel, full-order model and metamodel, on the worst paths.")
 
 
-def worst_sections(found: Results) -> Plate | None:
+def worst_sections(found: Results) -> Figure | None:
     """The section at each method's worst held-out state: truth, answer, difference."""
     if "worst_section_truth" not in found.data:
         return None
@@ -80,7 +80,7 @@ def worst_sections(found: Results) -> Plate | None:
         error = float(found.data["worst_error"].values[row])
         band.suptitle(f"{found.name(entry)}: {words.error(error)} off, {_path_words(found, entry, ', ')}, "
                       f"{_where(found, row)}", fontsize=10, x=0.01, ha="left")
-    return Plate("worst-sections.png", figure,
+    return Figure("worst-sections.png", figure,
                  "Displacement of the section at each method's worst held-out state (published split), drawn on the "
                  "deformed shape; the difference stands on the undeformed one, with a scale of its own.",
                  "Maps of displacement magnitude of the full model, the metamodel and their difference in the section.")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from rom.reporting import palette, words
-from rom.reporting.plate import Plate, number_axis, sheet, tidy, time_axis
+from rom.reporting.figure import Figure, number_axis, sheet, tidy, time_axis
 from rom.reporting.results import DIRECT, Results
 
 
-def offline_cost(found: Results) -> Plate | None:
+def offline_cost(found: Results) -> Figure | None:
     """Snapshots and fit beside the queries after which they pay back."""
     methods = found.reduced
     if not methods or not np.isfinite(found.per_entry("offline_seconds")).any():
@@ -53,14 +53,14 @@ def offline_cost(found: Results) -> Plate | None:
     right.set_xlabel(f"answers after which it beats {DIRECT} in total time")
     number_axis(right.xaxis)
     tidy(right, "x")
-    return Plate("offline-cost.png", figure,
+    return Figure("offline-cost.png", figure,
                  "Left: what must be computed before the first answer. Snapshots and fit stand one under the other, "
                  "not end to end, since the axis is logarithmic. Right: the number of single answers after which "
                  f"the total time, preparation included, falls below that of {DIRECT}.",
                  "Bars of offline time and of break-even queries for each method.")
 
 
-def speed(found: Results) -> Plate | None:
+def speed(found: Results) -> Figure | None:
     """Speed-up of each method's headline over direct: one case, batch, a part of the answer."""
     methods = found.reduced
     if not methods:
@@ -98,7 +98,7 @@ def speed(found: Results) -> Plate | None:
     axes.legend(fontsize=9, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
     number_axis(axes.xaxis)
     tidy(axes, "x")
-    return Plate("speed-up.png", figure,
+    return Figure("speed-up.png", figure,
                  f"Speed-up over {DIRECT} at the headline settings; under each name its largest error on the "
                  f"{split} split, since speed without accuracy is worth nothing. The machine's floor: for one case "
                  "the time to read the numbers that the answer is made of once from memory, for a batch the time of "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rom.reporting import palette, words
-from rom.reporting.plate import Plate, drawable, error_axis, gate_line, legend_below, sheet, tidy
+from rom.reporting.figure import Figure, drawable, error_axis, gate_line, legend_below, sheet, tidy
 from rom.reporting.results import SOLVERS, Results
 
 if TYPE_CHECKING:
@@ -20,12 +20,12 @@ GAP_HZ = 5.0
 """Held-out frequencies farther apart belong to different bands."""
 
 
-def error_over_frequency(found: Results) -> Plate | None:
+def error_over_frequency(found: Results) -> Figure | None:
     """Error over frequency with the natural frequencies marked; None for a static scene or without case errors."""
     return _over_frequency(found) if "case_error" in found.data and found.harmonic else None
 
 
-def error_over_forces(found: Results) -> Plate | None:
+def error_over_forces(found: Results) -> Figure | None:
     """Error by the number of forces; None for scenes that do not vary it or without case errors."""
     known = {"case_error", "load_node"} <= set(found.data.variables)
     return _over_forces(found) if known and not found.harmonic else None
@@ -34,7 +34,7 @@ def error_over_forces(found: Results) -> Plate | None:
 # ---- harmonic -----------------------------------------------------------------------------------------------
 
 
-def _over_frequency(found: Results) -> Plate:
+def _over_frequency(found: Results) -> Figure:
     figure = sheet(8.6, _frequency_title(found))
     panels = list(figure.subplots(len(found.splits), 1, sharex=True, squeeze=False)[:, 0])
     frequency = found.data["frequency"].values.astype(float)
@@ -56,7 +56,7 @@ def _over_frequency(found: Results) -> Plate:
         tidy(axes)
     panels[-1].set_xlabel("frequency [Hz]")
     legend_below(figure, panels)
-    return Plate("error-over-frequency.png", figure,
+    return Figure("error-over-frequency.png", figure,
                  "Error over frequency at each method's headline setting. Ticks along the top: natural frequencies. "
                  "Blue: bands that the hard split keeps from training; sand: beyond the published range. The "
                  "solvers of the full model are left out.",
@@ -130,7 +130,7 @@ def _frequency_title(found: Results) -> str:
 # ---- static -------------------------------------------------------------------------------------------------
 
 
-def _over_forces(found: Results) -> Plate:
+def _over_forces(found: Results) -> Figure:
     load = found.data["load_node"].transpose("case", ...).values.reshape(found.data.sizes["case"], -1)
     numbers = (load >= 0).sum(axis=1)
     figure = sheet(5.6, _forces_title(found, numbers))
@@ -158,7 +158,7 @@ def _over_forces(found: Results) -> Plate:
         tidy(axes, "y")
     panels[0].set_ylabel("relative error [1]: marker largest, dash median")
     legend_below(figure, panels)
-    return Plate("error-over-forces.png", figure,
+    return Figure("error-over-forces.png", figure,
                  "Error by the number of simultaneous forces at each method's headline setting; the marker is the "
                  "largest held-out error, the dash the median. The solvers of the full model are left out.",
                  "Largest and median held-out error for each number of forces and each method.")

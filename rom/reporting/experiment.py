@@ -8,7 +8,7 @@ from typing import Any
 
 from rom.datasets.storage import whole_file
 from rom.reporting import html
-from rom.reporting.plate import Plate
+from rom.reporting.figure import Figure
 
 PROVENANCE = {"commit": "commit", "software_versions": "software", "machine": "machine", "fingertip": "fingertip"}
 
@@ -23,7 +23,7 @@ def write_experiment(
     name: str,
     question: str,
     findings: Sequence[str],
-    plates: Sequence[Plate],
+    plates: Sequence[Figure],
     tables: Sequence[str] = (),
     files: Sequence[Path] = (),
     attributes: Mapping[str, Any] | None = None,
@@ -38,7 +38,7 @@ def write_experiment(
         Head of the page.
     findings : sequence of str
         Sentences with their numbers, the most important first.
-    plates : sequence of Plate
+    plates : sequence of Figure
     tables : sequence of str
         HTML already.
     files : sequence of Path

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rom.reporting import words
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 from rom.reporting.results import SOLVERS, Results
 from rom.reporting.skin import draw_skin
 
@@ -17,7 +17,7 @@ DRAWN_AS = 1.6
 """Length [mm] to which the largest displacement is drawn."""
 
 
-def worst_fields(found: Results) -> Plate | None:
+def worst_fields(found: Results) -> Figure | None:
     """Displacement magnitude on the skin in the worst held-out case of a few methods."""
     if not {"worst_truth", "worst_answer", "skin_quads", "skin_x"} <= set(map(str, found.data.variables)):
         return None
@@ -30,7 +30,7 @@ def worst_fields(found: Results) -> Plate | None:
     bands = figure.subfigures(len(rows), 1, squeeze=False)[:, 0]
     for band, (row, entry) in zip(bands, rows, strict=True):
         _strip(band, found, row, entry, position, quads)
-    return Plate("worst-fields.png", figure,
+    return Figure("worst-fields.png", figure,
                  f"The worst held-out case of some methods on the {found.splits[0]} split, seen from the pad's side. "
                  f"Shapes are scaled so that the truth's largest displacement is drawn as {DRAWN_AS:g} mm. Truth and "
                  "answer share one colour scale, whose steps are finer for small displacements; the difference has "

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rom.reporting import palette, words
-from rom.reporting.plate import Plate, drawable, error_axis, gate_line, legend_below, number_axis, sheet, tidy
+from rom.reporting.figure import Figure, drawable, error_axis, gate_line, legend_below, number_axis, sheet, tidy
 from rom.reporting.results import LEARNED, Results
 
 AXES = {"full_scale_frequency": "frequency [Hz]", "full_scale_loss_factor": "loss factor [1]",
@@ -46,7 +46,7 @@ def by(found: Results, name: str, entry: int, split: str) -> np.ndarray:
     return found.data[f"by_{name}"].transpose("entry", "split", name).values[entry, found.splits.index(split)]
 
 
-def error_over_population(found: Results) -> Plate | None:
+def error_over_population(found: Results) -> Figure | None:
     """Largest error over all held-out cases by frequency and loss factor, or by the number of forces, and by node."""
     names = [name for name in AXES if f"by_{name}" in found.data]
     methods = population(found)
@@ -76,7 +76,7 @@ def error_over_population(found: Results) -> Plate | None:
             tidy(axes)
         row[0].set_ylabel(f"largest relative error [1]\n{split} split")
     legend_below(figure, list(panels.ravel()))
-    return Plate("error-over-population.png", figure,
+    return Figure("error-over-population.png", figure,
                  "Largest error over the held-out cases of the whole published population at headline settings. "
                  "Networks answered every one of them, the others a random sample (the table of the networks says how "
                  "many); the solvers of the full model are left out. The truth is a verified ROM where it moves, and "
@@ -84,7 +84,7 @@ def error_over_population(found: Results) -> Plate | None:
                  "Largest error by frequency, by loss factor or number of forces, and by pad node, for each method.")
 
 
-def pad_map(found: Results) -> Plate | None:
+def pad_map(found: Results) -> Figure | None:
     """Where on the finger pad networks err most."""
     methods = networks(found)
     if not methods or "pad_x" not in found.data.variables:
@@ -121,13 +121,13 @@ def pad_map(found: Results) -> Plate | None:
     bar.set_label("largest relative error [1]", fontsize=9)
     error_axis(bar.ax.yaxis)
     legend_below(figure, list(panels.ravel()), 2)
-    return Plate("pad-map.png", figure,
+    return Figure("pad-map.png", figure,
                  "The pad seen from below: the largest error of each network among all held-out cases that load a "
                  "node. In the hard split a tenth of the nodes was never in training, and whole frequency bands.",
                  "Map of the pad's nodes coloured by each network's largest error.")
 
 
-def fewer_snapshots(found: Results) -> Plate | None:
+def fewer_snapshots(found: Results) -> Figure | None:
     """Error of every learner against the number of snapshots it learned from."""
     if "fewer_error_max" not in found.data:
         return None
@@ -157,7 +157,7 @@ def fewer_snapshots(found: Results) -> Plate | None:
         tidy(axes)
     panels[0].set_ylabel("relative error [1]")
     legend_below(figure, panels)
-    return Plate("fewer-snapshots.png", figure,
+    return Figure("fewer-snapshots.png", figure,
                  "Every learner at its headline setting on parts of the comparison's own training cases, judged on the "
                  "same held-out cases. Dotted, to the right: the weights that were trained on the whole published set "
                  "and judged on its held-out cases; they lie in half precision in their file, which adds some 0.02 %.",

@@ -10,14 +10,14 @@ import numpy as np
 from rom.reporting import html, words
 from rom.reporting.conclusions import conclusions
 from rom.reporting.failures import failures
+from rom.reporting.figure import Figure
 from rom.reporting.full_scale import networks
 from rom.reporting.network_verdict import network_table
-from rom.reporting.plate import Plate
 from rom.reporting.results import Results
 from rom.reporting.tables import headline_table, settings_table, speed_table
 
 
-def page(found: Results, plates: Sequence[Plate]) -> str:
+def page(found: Results, plates: Sequence[Figure]) -> str:
     """HTML of a scene's report; the images are named relative to it."""
     title = found.text("title", "Comparison of metamodels")
     sections = {

@@ -7,14 +7,14 @@ import textwrap
 import numpy as np
 
 from rom.reporting import words
-from rom.reporting.plate import Plate, drawable, sheet
+from rom.reporting.figure import Figure, drawable, sheet
 from rom.reporting.results import SOLVERS, Results
 
 DECADES = 3.0
 """Errors so many powers of ten from the gate have the full colour."""
 
 
-def error_by_region(found: Results) -> Plate | None:
+def error_by_region(found: Results) -> Figure | None:
     """Largest error of each method's headline in each part of the hard split."""
     if "error_by_region" not in found.data or not found.regions:
         return None
@@ -45,7 +45,7 @@ def error_by_region(found: Results) -> Plate | None:
     ticks = np.arange(-3, 4)
     bar.set_ticks(list(ticks), labels=[words.error(found.gate * 10.0 ** t) for t in ticks], fontsize=8.5)
     bar.set_label("largest relative error; white is the gate", fontsize=9)
-    return Plate("error-by-region.png", figure,
+    return Figure("error-by-region.png", figure,
                  "Largest error of each method's headline setting: on the published split, and, trained without "
                  "them, in the parts that the hard split keeps from training. Purple is within the gate, orange "
                  "outside; a dash where no case was judged.",

@@ -22,10 +22,10 @@ from rom.reporting import (
 )
 from rom.reporting.conclusions import verdict
 from rom.reporting.experiment import title_of
-from rom.reporting.plate import Plate
+from rom.reporting.figure import Figure
 from rom.reporting.results import Results
 
-FIGURES: dict[str, Callable[[Results], Plate | None]] = {
+FIGURES: dict[str, Callable[[Results], Figure | None]] = {
     "work-precision.png": work_precision.work_precision,
     "work-precision-batch-pad.png": work_precision.work_precision_elsewhere,
     "error-over-frequency.png": error_over_inputs.error_over_frequency,

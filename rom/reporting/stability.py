@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rom.reporting import html, words
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 
 OUTCOMES = ("right", "warned", "refused", "silent", "crashed")
 LETTERS = {"right": "", "warned": "W", "refused": "R", "silent": "S", "crashed": "X"}
@@ -202,14 +202,14 @@ def _size(value: float) -> str:
 
 # ---- figures ----------------------------------------------------------------------------------------------------
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """An overview of honesty, then honesty and error of each family of extremes."""
     families = {name: np.isin(results["axis"].values, axes) for name, axes in FAMILIES.items()}
     return [_overview(results), *(_family(results.isel(case=mask), name) for name, mask in families.items()
                                   if mask.any())]
 
 
-def _overview(results: xr.Dataset) -> Plate:
+def _overview(results: xr.Dataset) -> Figure:
     axes_names = list(dict.fromkeys(results["axis"].values))
     methods = [str(name) for name in results["method"].values]
     worst = np.full((len(axes_names), len(methods)), "", dtype=object)
@@ -224,11 +224,11 @@ def _overview(results: xr.Dataset) -> Plate:
     panel = figure.subplots()
     _honesty(panel, worst, [str(name) for name in axes_names], methods)
     _key(figure)
-    return Plate("overview.png", figure, "The worst outcome of each method along each axis. White: not asked.",
+    return Figure("overview.png", figure, "The worst outcome of each method along each axis. White: not asked.",
                  "Heat map of outcomes, axes by methods")
 
 
-def _family(results: xr.Dataset, name: str) -> Plate:
+def _family(results: xr.Dataset, name: str) -> Figure:
     methods = [k for k, _ in enumerate(results["method"].values) if (results["outcome"].values[:, k] != "").any()]
     one = results.isel(method=methods)
     names = [str(method) for method in one["method"].values]
@@ -246,7 +246,7 @@ def _family(results: xr.Dataset, name: str) -> Plate:
     left.set_title("what it did", fontsize=10)
     right.set_title("true relative error in energy, as a power of ten", fontsize=10)
     _key(figure)
-    return Plate(f"{name}.png", figure, "Left: letters as in the key, no letter where the answer is right. Right: the "
+    return Figure(f"{name}.png", figure, "Left: letters as in the key, no letter where the answer is right. Right: the "
                  "power of ten of the true error (0 is 100 %), ? where no reference could be had. "
                  + ("Where forces nearly cancel, the error is relative to the sum of the single answers' norms."
                     if (one["cancels"].values == 1).any() else ""),

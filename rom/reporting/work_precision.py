@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rom.reporting import palette, words
-from rom.reporting.plate import (
+from rom.reporting.figure import (
     SMALLEST,
-    Plate,
+    Figure,
     drawable,
     error_axis,
     gate_line,
@@ -28,7 +28,7 @@ HIGHEST = 100.0
 """Errors above stand here, so that one hopeless extrapolation does not take the axis from all others."""
 
 
-def work_precision(found: Results) -> Plate:
+def work_precision(found: Results) -> Figure:
     """Online time of one case, full field, against the largest held-out error; a panel a split."""
     figure = sheet(6.4, _title(found, "One full field", found.online))
     panels = list(figure.subplots(1, len(found.splits), sharey=True, squeeze=False)[0])
@@ -39,7 +39,7 @@ def work_precision(found: Results) -> Plate:
         axes.set_xlabel("online time of one case, full field [s]")
     panels[0].set_ylabel("largest relative error, held-out cases [1]")
     legend_below(figure, panels)
-    return Plate("work-precision.png", figure,
+    return Figure("work-precision.png", figure,
                  "Work-precision diagram. Each point is a method at one setting; filled points joined by a line are "
                  "its best trade-offs, pale ones are settings that another of its own beats, a ring marks the headline "
                  "setting. Left is faster, low is more accurate. Errors are over all degrees of freedom, the largest "
@@ -48,7 +48,7 @@ def work_precision(found: Results) -> Plate:
                  "Scatter of largest held-out error against online time for each method, one panel for each split.")
 
 
-def work_precision_elsewhere(found: Results) -> Plate | None:
+def work_precision_elsewhere(found: Results) -> Figure | None:
     """The same in a large batch and where only a part of the answer is wanted, published split."""
     split = found.splits[0]
     sets = [("batch_seconds", "time a case in a large batch, full field [s]", "large batch, full field"),
@@ -66,7 +66,7 @@ def work_precision_elsewhere(found: Results) -> Plate | None:
         axes.set_xlabel(label)
     panels[0].set_ylabel("largest relative error, held-out cases [1]")
     legend_below(figure, panels)
-    return Plate("work-precision-batch-pad.png", figure,
+    return Figure("work-precision-batch-pad.png", figure,
                  "The same diagram where many cases are wanted at once, and for the "
                  f"{found.partial} of one case alone. Errors are those of the full field on the {split} split.",
                  "Scatter of largest held-out error against time a case in a batch and for a part of the answer.")

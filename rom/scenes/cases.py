@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-LOAD_VARIABLES = ("load_node", "force_amplitude")
+from rom.checks import shown
+
 LARGEST = {"Hz": 1e9, "1": 1e6, "rad": 1e9, "N": 1e100}
 """Magnitudes up to which answers and their squares stay within the range of double precision, by unit."""
 SMALLEST_FORCE = 1e-100
 """Below this a force's squares vanish to zero [N]."""
 LARGEST_NODE = 2**53
-NO_FORCE = -1
-"""Stands in ``load_node`` where a case has fewer forces than the dataset has room for."""
+NO_FORCE, NO_WORD = -1, "none"
+"""Stand in the variables that name a load where a case has fewer forces than the dataset has room for."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -49,6 +50,17 @@ class CaseArrays:
     def take(self, index) -> CaseArrays:
         """The cases at ``index`` (slice, mask or integers)."""
         return CaseArrays(*(a if a is None else a[index] for a in self))
+
+    def joined(self, other: CaseArrays) -> CaseArrays:
+        """These cases, then the others, padded to the same number of forces."""
+        width = max(self.node.shape[1], other.node.shape[1])
+        pairs = zip(self, other, strict=True)
+        return CaseArrays(*(a if a is None or b is None else np.concatenate([_padded(a, width), _padded(b, width)])
+                            for a, b in pairs))
+
+
+def _padded(values: np.ndarray, width: int) -> np.ndarray:
+    return values if values.ndim == 1 else np.pad(values, ((0, 0), (0, width - values.shape[1])))
 
 
 def check_shapes(cases: xr.Dataset, scene: str, loads: tuple[str, ...], points: tuple[str, ...],
@@ -131,33 +143,46 @@ def finite(values: np.ndarray, name: str, unit: str) -> np.ndarray:
     return values
 
 
-def positions_of(nodes: np.ndarray, allowed: np.ndarray, rule: str) -> np.ndarray:
-    """Positions of node ids in ``allowed``, NO_FORCE where no force acts.
+def positions_of(values: np.ndarray, allowed: np.ndarray, name: str) -> np.ndarray:
+    """Positions of labels in ``allowed``, NO_FORCE where no force acts.
 
     Parameters
     ----------
-    nodes : ndarray
-        Ids; whole numbers in a floating-point array will do.
-    allowed : (n,) ndarray of int
-    rule : str
-        How the sentence ends that refuses a node.
+    values : ndarray
+        Numbers (whole ones in a floating-point array will do) or words; words may be given by their positions.
+    allowed : (n,) ndarray
+        Numbers or words, each once.
+    name : str
+        Of the variable, for messages.
 
     Raises
     ------
     ValueError
-        For a value that is no whole number, or a node that is not allowed.
+        For a value that is no whole number or no word, or one that is not allowed.
     """
-    nodes = np.asarray(nodes)
-    kind = nodes.dtype.kind
-    if kind not in "iuf" or (kind == "f" and (not np.isfinite(nodes).all() or (nodes != np.round(nodes)).any())):
-        raise ValueError("load_node holds a value that is no whole number: give ids of pad nodes")
-    if (np.abs(nodes.astype(float)) > LARGEST_NODE).any():
-        raise ValueError(f"load_node holds a value beyond {LARGEST_NODE}: give ids of pad nodes")
-    nodes = nodes.astype(np.int64)
-    order = np.argsort(allowed, kind="stable")
-    rows = order[np.minimum(np.searchsorted(allowed, nodes, sorter=order), len(allowed) - 1)]
-    absent = nodes == NO_FORCE
-    wrong = (allowed[rows] != nodes) & ~absent
+    values = np.asarray(values)
+    words = allowed.dtype.kind in "UO"
+    kind = values.dtype.kind
+    if words and kind in "UOS":
+        values = values.astype(str)
+        absent = np.isin(values, ["", NO_WORD])
+        known = allowed.astype(str)
+    else:
+        if kind not in "iuf" or (kind == "f" and (not np.isfinite(values).all() or (values != np.round(values)).any())):
+            raise ValueError(f"{name} holds a value that is no whole number: give {_listed(allowed)}")
+        if (np.abs(values.astype(float)) > LARGEST_NODE).any():
+            raise ValueError(f"{name} holds a value beyond {LARGEST_NODE}: give {_listed(allowed)}")
+        values = values.astype(np.int64)
+        absent = values == NO_FORCE
+        known = np.arange(len(allowed)) if words else allowed
+    order = np.argsort(known, kind="stable")
+    rows = order[np.minimum(np.searchsorted(known, values, sorter=order), len(known) - 1)]
+    wrong = (known[rows] != values) & ~absent
     if wrong.any():
-        raise ValueError(f"node {int(nodes[wrong][0])} {rule}")
+        raise ValueError(f"{name} {shown(values[wrong][0].item())} cannot carry load: choose among {_listed(allowed)}")
     return np.where(absent, NO_FORCE, rows)
+
+
+def _listed(allowed: np.ndarray) -> str:
+    some = ", ".join(map(str, allowed[:6].tolist()))
+    return f"the {len(allowed)} of this scene's loads, {some}{' ...' if len(allowed) > 6 else ''}"

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rom.collagen.tissue import VARIANTS
-from rom.fingertip.shape import shown
+from rom.checks import shown
+from rom.finger_on_glass.tissue import VARIANTS
+from rom.scenes.inputs import Input
 
 NUMBERS = {"c": "Pa", "k1": "Pa", "friction": "1", "normal_force": "N"}
 """Inputs of a path beside its variant, with their units."""
@@ -19,6 +20,18 @@ LARGEST = {"c": 1e9, "k1": 1e9, "friction": 1e5, "normal_force": 1e3}
 """What the full-order model takes at most."""
 
 
+RANGES = {"c": (2000.0, 4500.0), "k1": (0.5, 2.0), "friction": (0.5, 1.2), "normal_force": (0.2, 0.8)}
+"""Sampled ranges; that of ``k1`` in multiples of the variant's published value, on a logarithmic scale."""
+INPUTS = (
+    Input("variant", "", "arrangement of the fibres: radial, circumferential or random (one seed)",
+          "arrangement of the collagen fibres", choices=tuple(VARIANTS)),
+    Input("c", "Pa", "stiffness of the ground matrix, 2 to 4.5 kPa", LONG_NAMES["c"], range=RANGES["c"]),
+    Input("k1", "Pa", "stiffness of the fibres, half to twice the published one of the variant", LONG_NAMES["k1"]),
+    Input("friction", "1", "Coulomb coefficient, 0.5 to 1.2", LONG_NAMES["friction"], range=RANGES["friction"]),
+    Input("normal_force", "N", "0.2 to 0.8 N, reached in 8 positions; then the plate slides 6 mm in 24 positions",
+          LONG_NAMES["normal_force"], range=RANGES["normal_force"]))
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PathArrays:
     """The inputs of a block of paths as plain arrays: what the lean calls take; each (n_path,) ndarray.
@@ -26,7 +39,7 @@ class PathArrays:
     Parameters
     ----------
     variant : ndarray of int
-        Position in :data:`rom.collagen.tissue.VARIANTS`.
+        Position in :data:`rom.finger_on_glass.tissue.VARIANTS`.
     c, k1 : ndarray [Pa]
     friction : ndarray
     normal_force : ndarray [N]
@@ -50,15 +63,14 @@ class PathArrays:
         """The paths at ``index`` (slice, mask or integers)."""
         return PathArrays(*(a[index] for a in self))
 
+    def joined(self, other: PathArrays) -> PathArrays:
+        """These paths, then the others."""
+        return PathArrays(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
     @property
     def numbers(self) -> np.ndarray:
         """(n_path, 4) ndarray: c, k1, friction, normal force."""
         return np.column_stack([self.c, self.k1, self.friction, self.normal_force])
-
-
-def joined(first: PathArrays, second: PathArrays) -> PathArrays:
-    """One block of paths after another."""
-    return PathArrays(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
 
 
 def read_paths(cases: xr.Dataset, scene: str) -> PathArrays:
@@ -67,7 +79,7 @@ def read_paths(cases: xr.Dataset, scene: str) -> PathArrays:
     Parameters
     ----------
     cases : xr.Dataset
-        ``variant`` (names or positions in VARIANTS), ``c``, ``k1``, ``friction``, ``normal_force``, each (path,).
+        ``variant`` (names or positions in VARIANTS), ``c``, ``k1``, ``friction``, ``normal_force``, each (case,).
     scene : str
         Its name, for messages.
 
@@ -82,9 +94,9 @@ def read_paths(cases: xr.Dataset, scene: str) -> PathArrays:
     for name in wanted:
         if name not in cases:
             raise ValueError(f"cases of {scene} lack the variable {name!r}: give all of {', '.join(wanted)}")
-        if cases[name].dims != ("path",):
-            raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along ('path',)")
-    if not cases.sizes["path"]:
+        if cases[name].dims != ("case",):
+            raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along ('case',)")
+    if not cases.sizes["case"]:
         raise ValueError(f"the batch of {scene} holds no path: give at least one")
     numbers = {name: _number(cases[name].values, name) for name in NUMBERS}
     return PathArrays(_variant(cases["variant"].values), **numbers)
@@ -122,8 +134,8 @@ def _number(values: np.ndarray, name: str) -> np.ndarray:
 def label_paths(paths: PathArrays) -> dict[str, tuple]:
     """Variables of labelled paths: the inverse of :func:`read_paths`."""
     return {
-        "variant": ("path", paths.variant.astype(np.int8), {
+        "variant": ("case", paths.variant.astype(np.int8), {
             "long_name": "arrangement of the collagen fibres", "units": "1",
             "flag_values": np.arange(len(VARIANTS), dtype=np.int8), "flag_meanings": " ".join(VARIANTS)}),
-        **{name: ("path", getattr(paths, name), {"long_name": LONG_NAMES[name], "units": unit})
+        **{name: ("case", getattr(paths, name), {"long_name": LONG_NAMES[name], "units": unit})
            for name, unit in NUMBERS.items()}}

@@ -19,6 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
 
+from rom.checks import real_number
 from rom.fingertip import Fingertip
 from rom.fingertip.anatomy import TISSUES
 from rom.fullorder import Modes, SecondOrderModel
@@ -82,8 +83,7 @@ def with_contrast(loss_factor: Mapping[str, float], contrast: float) -> dict[str
         As `loss_factors`, or for a loss factor of zero or a contrast that is negative or not finite.
     """
     eta = loss_factors(loss_factor)
-    if not (np.isfinite(contrast) and contrast >= 0):
-        raise ValueError(f"The contrast is {contrast!r}, but it must be a finite number of at least 0.")
+    contrast = real_number("contrast", contrast, 0.0)
     if not (eta > 0).all():
         raise ValueError("A loss factor is 0, but ratios between tissues need all to be greater than 0.")
     mean = np.exp(np.log(eta).mean())

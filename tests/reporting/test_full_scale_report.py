@@ -100,9 +100,9 @@ def test_results_without_networks_at_full_scale_say_nothing():
 @pytest.mark.parametrize("draw", [full_scale.error_over_population, full_scale.pad_map, full_scale.fewer_snapshots])
 @pytest.mark.parametrize("errors", [TRAINED, {"mlp": 0.1}], ids=["two", "one"])
 def test_figures_are_drawn(draw, errors, tmp_path):
-    plate = draw(with_full_scale(errors))
-    plate.write(tmp_path)
-    assert (tmp_path / plate.file).stat().st_size > 10_000
+    figure = draw(with_full_scale(errors))
+    figure.write(tmp_path)
+    assert (tmp_path / figure.file).stat().st_size > 10_000
 
 
 def test_the_page_has_the_table():

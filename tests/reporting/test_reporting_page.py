@@ -56,7 +56,7 @@ class Reader(HTMLParser):
 @pytest.fixture
 def coarse(monkeypatch):
     """Fewer pixels, where nobody looks."""
-    monkeypatch.setattr("rom.reporting.plate.DPI", 40)
+    monkeypatch.setattr("rom.reporting.figure.DPI", 40)
 
 
 @pytest.fixture(scope="module", params=["harmonic", "static", "contact"])

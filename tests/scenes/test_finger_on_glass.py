@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.collagen.tissue import PUBLISHED_K1, VARIANTS
+from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
 from rom.fingertip import Fingertip
 from rom.scenes import CONTACT_SCENES, SCENES, FingerOnGlass, get_scene, scene_from_json
 from rom.scenes.finger_on_glass import BEYOND, RANGES
@@ -105,7 +105,7 @@ def test_missing_and_misshapen_variables_are_refused(scene):
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ({"rays": 3}, "rays=3 is no number of elements"), ({"seed": -1}, "seed=-1 is no seed"),
+    ({"rays": 3}, "rays=3 cannot be"), ({"seed": -1}, "seed=-1 is no seed"),
     ({"outputs": "pad"}, "outputs='pad' is unknown"), ({"section": 3}, "the section is 3: build one"),
     ({"section": {"girth": 1.0}}, "a section has no 'girth'"), ({"effective_length": 0.0}, "effective_length=0.0"),
     ({"section": {"bone_width": 30.0}}, "reaches out of a skin"),

@@ -85,11 +85,11 @@ def test_results_become_sentences_tables_and_figures(results, tmp_path):
     assert any("bounds" in sentence for sentence in sentences)
     for html in tables(results):
         assert "<table>" in html
-    plates = draw(results)
-    assert [plate.file for plate in plates] == ["overview.png", *(f"{name}.png" for name in FAMILIES)]
-    for plate in plates[:2]:
-        plate.write(tmp_path)
-        assert (tmp_path / plate.file).stat().st_size > 10_000
+    figures = draw(results)
+    assert [figure.file for figure in figures] == ["overview.png", *(f"{name}.png" for name in FAMILIES)]
+    for figure in figures[:2]:
+        figure.write(tmp_path)
+        assert (tmp_path / figure.file).stat().st_size > 10_000
 
 
 def test_defects_come_first_in_plain_words(results):
