@@ -6,6 +6,7 @@ import copy
 import hashlib
 from collections.abc import Mapping
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,7 +93,6 @@ class Body:
         """Why answers of this body are not to be trusted, whatever the method."""
         return ()
 
-<<<<<<< HEAD
     @cached_property
     def viscous(self) -> sp.csr_array | None:
         """(n, n) viscous damping [N s/m], where there is any."""
@@ -113,10 +113,6 @@ class Body:
         """What reading the body changed or missed, in sentences."""
         return tuple(self.origin.get("notes", ()))
 
-    def coarser(self, scale: float) -> Coarser | None:
-        """The same body with ``scale`` times as many elements along each edge; None where there is no other mesh."""
-        return None
-=======
     has_coarser: bool = False
     """Whether there is another mesh of the same body."""
 
@@ -129,22 +125,35 @@ class Body:
         other = copy.copy(self)
         other.__dict__["model"] = self.model.afresh()
         return other
->>>>>>> main
 
     @cached_property
     def content_hash(self) -> str:
         """sha256 over everything that changes an answer: matrices, labels, grid."""
-        digest = hashlib.sha256()
-        model = self.model
-        for matrix in (model.stiffness, model._mass, model.loss_stiffness, self.viscous,
-                       *self.stiffness_by_region.values()):
-            if matrix is None:
-                digest.update(b"none")
-            else:
-                canonical = sp.csr_array(matrix, copy=True)
-                canonical.sum_duplicates()
-                for array in (canonical.indptr.astype(np.int64), canonical.indices.astype(np.int64), canonical.data):
-                    digest.update(array.tobytes())
-        digest.update("\n".join(map(str, self.dof_names)).encode())
-        digest.update((self.grid.mesh_hash if self.grid is not None else "").encode())
-        return digest.hexdigest()
+        return digest(self)
+
+    def write(self, path: str | Path) -> None:
+        """Keep the body as one netCDF file, which :func:`rom.bodies.read_body` reads back."""
+        from rom.bodies.storage import write_body
+
+        write_body(self, path)
+
+
+def digest(body: Body) -> str:
+    """sha256 over a body's matrices, labels and grid, whatever else the body calls its content.
+
+    Parameters
+    ----------
+    body : Body
+    """
+    found, model = hashlib.sha256(), body.model
+    for matrix in (model.stiffness, model._mass, model.loss_stiffness, body.viscous, *body.stiffness_by_region.values()):
+        if matrix is None:
+            found.update(b"none")
+        else:
+            canonical = sp.csr_array(matrix, copy=True)
+            canonical.sum_duplicates()
+            for array in (canonical.indptr.astype(np.int64), canonical.indices.astype(np.int64), canonical.data):
+                found.update(array.tobytes())
+    found.update("\n".join(map(str, body.dof_names)).encode())
+    found.update((body.grid.mesh_hash if body.grid is not None else "").encode())
+    return found.hexdigest()
