@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -70,11 +70,11 @@ class Body:
         self.dof_names: np.ndarray = names
 
     @classmethod
-    def from_mesh(cls, mesh: Any, *arguments: Any, **options: Any) -> Body:
-        """See :func:`rom.bodies.body_from_mesh`."""
-        from rom.bodies.from_mesh import body_from_mesh
+    def from_mesh(cls, mesh: Any, materials: Any = None, **options: Any) -> Self:
+        """Assemble a body of linear elastic solids; parameters as :func:`rom.bodies.from_mesh.assembled`."""
+        from rom.bodies.from_mesh import assembled
 
-        return body_from_mesh(mesh, *arguments, **options)
+        return cls(**assembled(mesh, materials, **options))
 
     # each may be overridden by a body that makes it when it is asked for
 
@@ -129,31 +129,34 @@ class Body:
     @cached_property
     def content_hash(self) -> str:
         """sha256 over everything that changes an answer: matrices, labels, grid."""
-        return digest(self)
+        return self.matrix_hash
+
+    @cached_property
+    def matrix_hash(self) -> str:
+        """sha256 over matrices, labels and grid, whatever else a body calls its content."""
+        digest = hashlib.sha256()
+        for matrix in (*self.model.matrices, self.viscous, *self.stiffness_by_region.values()):
+            if matrix is None:
+                digest.update(b"none")
+            else:
+                canonical = sp.csr_array(matrix, copy=True)
+                canonical.sum_duplicates()
+                for array in (canonical.indptr.astype(np.int64), canonical.indices.astype(np.int64), canonical.data):
+                    digest.update(array.tobytes())
+        digest.update("\n".join(map(str, self.dof_names)).encode())
+        digest.update((self.grid.mesh_hash if self.grid is not None else "").encode())
+        return digest.hexdigest()
 
     def write(self, path: str | Path) -> None:
-        """Keep the body as one netCDF file, which :func:`rom.bodies.read_body` reads back."""
+        """Keep the body as one netCDF file (.nc), which :func:`rom.bodies.read_body` reads back.
+
+        Raises
+        ------
+        ValueError
+            For another ending.
+        OSError
+            Where the file cannot be written.
+        """
         from rom.bodies.storage import write_body
 
         write_body(self, path)
-
-
-def digest(body: Body) -> str:
-    """sha256 over a body's matrices, labels and grid, whatever else the body calls its content.
-
-    Parameters
-    ----------
-    body : Body
-    """
-    found, model = hashlib.sha256(), body.model
-    for matrix in (model.stiffness, model._mass, model.loss_stiffness, body.viscous, *body.stiffness_by_region.values()):
-        if matrix is None:
-            found.update(b"none")
-        else:
-            canonical = sp.csr_array(matrix, copy=True)
-            canonical.sum_duplicates()
-            for array in (canonical.indptr.astype(np.int64), canonical.indices.astype(np.int64), canonical.data):
-                found.update(array.tobytes())
-    found.update("\n".join(map(str, body.dof_names)).encode())
-    found.update((body.grid.mesh_hash if body.grid is not None else "").encode())
-    return found.hexdigest()

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from rom.bodies.body import Body
 from rom.bodies.elements import CHUNK, KINDS, MIRRORED, element_matrices, geometry, shape
 from rom.bodies.grid import Grid
 from rom.bodies.mesh_files import MeshFile, from_meshio, read_mesh_file
@@ -64,9 +63,9 @@ class Material:
         return self.young / (3 * (1 - 2 * self.poisson))
 
 
-def body_from_mesh(mesh: Any, materials: Material | Mapping[str, Material] | None = None, *, held: Iterable[str] = (),
-                   formulation: str | None = None, scale: float = 1.0, region_data: str | None = None,
-                   name: str = "body") -> Body:
+def assembled(mesh: Any, materials: Material | Mapping[str, Material] | None = None, *, held: Iterable[str] = (),
+              formulation: str | None = None, scale: float = 1.0, region_data: str | None = None,
+              name: str = "body") -> dict[str, Any]:
     """Assemble a body of linear elastic solids.
 
     Parameters
@@ -87,8 +86,9 @@ def body_from_mesh(mesh: Any, materials: Material | Mapping[str, Material] | Non
 
     Returns
     -------
-    Body
-        Three displacements a node. Its stiffness is kept by region where there are several.
+    dict
+        Arguments of :class:`rom.bodies.Body`: three displacements a node, the stiffness by region where there are
+        several.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def body_from_mesh(mesh: Any, materials: Material | Mapping[str, Material] | Non
     solids = [_material(one, materials, region_names) for one in region_names]
     nodes = found.nodes * scale
     cells = {kind: _oriented(kind, nodes, one) for kind, one in found.cells.items()}
-    stiffness, mass = _assembled(nodes, cells, region, solids, formulation)
+    stiffness, mass = _matrices(nodes, cells, region, solids, formulation)
     used = np.zeros(len(nodes), dtype=bool)
     for one in cells.values():
         used[one] = True
@@ -117,11 +117,11 @@ def body_from_mesh(mesh: Any, materials: Material | Mapping[str, Material] | Non
     parts = {one: sp.csr_array(matrix[keep][:, keep]) for one, matrix in zip(region_names, stiffness, strict=True)}
     loss = [solid.loss_factor * part for solid, part in zip(solids, parts.values(), strict=True) if solid.loss_factor]
     names = np.array([f"{node} {axis}" for node in found.names.tolist() for axis in "xyz"])[keep]
-    return Body(parts if len(parts) > 1 else parts[region_names[0]], sp.csr_array(mass[keep][:, keep]),
-                loss_stiffness=sp.csr_array(sum(loss[1:], loss[0])) if loss else None, dof_names=names,
-                grid=replace(grid, free=keep), name=name, doubts=_doubts(cells, region, solids, formulation),
-                origin=origin | {"notes": [f"{np.count_nonzero(~used)} nodes belong to no cell and are left out"]
-                                 if not used.all() else []})
+    notes = [] if used.all() else [f"{np.count_nonzero(~used)} nodes belong to no cell and are left out"]
+    return {"stiffness": parts if len(parts) > 1 else parts[region_names[0]], "mass": sp.csr_array(mass[keep][:, keep]),
+            "loss_stiffness": sp.csr_array(sum(loss[1:], loss[0])) if loss else None, "dof_names": names, "name": name,
+            "grid": replace(grid, free=keep), "doubts": _doubts(cells, region, solids, formulation),
+            "origin": origin | {"notes": notes}}
 
 
 def _material(region: str, materials: Material | Mapping[str, Material] | None, regions: tuple[str, ...]) -> Material:
@@ -172,8 +172,8 @@ def _formulation(kind: str, formulation: str | None) -> str:
     return formulation or ("b-bar" if kind == "hexahedron" else "full")
 
 
-def _assembled(nodes: np.ndarray, cells: dict[str, np.ndarray], region: dict[str, np.ndarray],
-               materials: list[Material], formulation: str | None) -> tuple[list[sp.csr_array], sp.csr_array]:
+def _matrices(nodes: np.ndarray, cells: dict[str, np.ndarray], region: dict[str, np.ndarray],
+              materials: list[Material], formulation: str | None) -> tuple[list[sp.csr_array], sp.csr_array]:
     """Stiffness of each region, and the mass, over three displacements of every node."""
     if formulation is not None:
         choice("formulation", formulation, ("full", "b-bar"))

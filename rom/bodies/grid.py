@@ -13,7 +13,7 @@ FACES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tetra": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
     "hexahedron": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
 }
-"""Corners of a cell's faces, counter-clockwise from outside, in VTK's order of nodes; by the cell's linear kind."""
+"""Corners of a cell's faces, counter-clockwise seen from outside, in VTK's order, by the cell's linear kind."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +44,18 @@ class Grid:
         What the grid is of, such as "fingertip mesh".
     known_hash : str, optional
         Digest that the mesh is known by already.
+
+    Examples
+    --------
+    One tetrahedron held at three corners: the fourth has three degrees of freedom, and every face is skin.
+
+    >>> import numpy as np
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> grid = Grid(corners, free=np.array([9, 10, 11]), cells={"tetra": np.array([[0, 1, 2, 3]])})
+    >>> grid.on_all_nodes(np.array([[1.0, 2.0, 3.0]]))[0, 3]
+    array([1., 2., 3.])
+    >>> len(grid.skin)
+    4
     """
 
     nodes: np.ndarray
@@ -87,6 +99,14 @@ class Grid:
     def at_free(self, fields: np.ndarray) -> np.ndarray:
         """(n_case, n) ndarray from (n_case, n_node, n_component): the inverse of :meth:`on_all_nodes`."""
         return fields.reshape(len(fields), -1)[:, self.free]
+
+    def coordinates(self, node: np.ndarray) -> dict[str, tuple]:
+        """Coordinates of labelled fields at the nodes (n,): labels, components, positions [m]."""
+        return {
+            "node": ("node", self.node_names[node], {"long_name": "mesh node", "units": "1"}),
+            "component": ("component", list(self.components), {"long_name": "component of the displacement"}),
+            **{f"node_{axis}": ("node", self.nodes[node, i], {"long_name": text, "units": "m"})
+               for i, (axis, text) in enumerate(zip("xyz", self.axes, strict=False))}}
 
     @cached_property
     def skin(self) -> np.ndarray:

@@ -22,6 +22,7 @@ from rom.bodies.readers.found import COMPONENTS, ending, find_matrices, known_en
 from rom.bodies.sources import Sources
 from rom.bodies.tidy import both_triangles, held_rows, loss_part
 from rom.checks import shown
+from rom.errors import SchemaError
 
 
 def read_body(path: str | Path, *, stiffness: str | Mapping[str, str] | None = None, mass: str | None = None,
@@ -47,7 +48,7 @@ def read_body(path: str | Path, *, stiffness: str | Mapping[str, str] | None = N
     name : str, optional
         Default: the file's.
     **of_mesh
-        Of :func:`rom.bodies.body_from_mesh`: ``materials`` and others.
+        Of :func:`rom.bodies.from_mesh.assembled`: ``materials`` and others.
 
     Returns
     -------
@@ -61,13 +62,9 @@ def read_body(path: str | Path, *, stiffness: str | Mapping[str, str] | None = N
     path = Path(path)
     name = name or path.stem
     if path.suffix == ".nc":
-        from rom.bodies.storage import load_body
-
-        return load_body(path)
+        return _stored(path)
     if ending(path) not in known_endings():
-        from rom.bodies.from_mesh import body_from_mesh
-
-        return body_from_mesh(path, held=held, name=name, **of_mesh)
+        return Body.from_mesh(path, held=held, name=name, **of_mesh)
     if of_mesh:
         raise ValueError(f"{', '.join(of_mesh)} belongs to a mesh, and {path.name} holds matrices: leave it out")
     sources = Sources(path, find_matrices(path))
@@ -84,6 +81,17 @@ def read_body(path: str | Path, *, stiffness: str | Mapping[str, str] | None = N
     for one in lossy:
         matrices["loss"] = one + matrices["loss"] if "loss" in matrices else one
     return _body(sources, regions, matrices, notes, mesh, held, name)
+
+
+def _stored(path: Path) -> Body:
+    from rom.bodies.storage import read_arguments
+
+    arguments, expected = read_arguments(path)
+    body = Body(**arguments)
+    if body.matrix_hash != expected:
+        raise SchemaError(f"{path} was changed after it was written, its content has another hash: make it again with "
+                          "`rom body`")
+    return body
 
 
 def _body(sources: Sources, regions: dict[str, sp.csr_array], matrices: dict[str, sp.csr_array],

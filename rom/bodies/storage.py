@@ -1,19 +1,21 @@
-"""A body as one netCDF file: matrices in compressed rows, labels, positions, cells, regions, sets and where it came from."""
+"""A body as one netCDF file: matrices in compressed rows, labels, positions, cells, regions, sets and provenance."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
 import xarray as xr
 
-from rom.bodies.body import Body, digest
 from rom.bodies.grid import Grid
 from rom.errors import SchemaError
 from rom.provenance import stamp
+
+if TYPE_CHECKING:
+    from rom.bodies.body import Body
 
 BODY_VERSION = "1.0"
 UNITS = {"stiffness": "N m-1", "loss_stiffness": "N m-1", "mass": "kg", "viscous": "N s m-1"}
@@ -55,9 +57,9 @@ def write_body(body: Body, path: str | Path) -> None:
         grid_attributes = {"components": list(body.grid.components), "region_names": list(body.grid.region_names),
                            "sets": list(body.grid.sets), "axes": list(body.grid.axes), "noun": body.grid.noun,
                            "region_noun": body.grid.region_noun}
-    attributes = {"Conventions": "CF-1.11", "body_version": BODY_VERSION, "title": body.name, "content_hash": digest(body),
-                  "doubts": json.dumps(list(body.doubts)), "origin": json.dumps(body.origin),
-                  "grid": json.dumps(grid_attributes)}
+    attributes = {"Conventions": "CF-1.11", "body_version": BODY_VERSION, "title": body.name,
+                  "content_hash": body.matrix_hash, "doubts": json.dumps(list(body.doubts)),
+                  "origin": json.dumps(body.origin), "grid": json.dumps(grid_attributes)}
     data = xr.Dataset(variables, attrs=stamp(**attributes))
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name, one in data.data_vars.items()
                 if one.dtype.kind in "fi" and one.size > 1000}
@@ -65,13 +67,13 @@ def write_body(body: Body, path: str | Path) -> None:
         data.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
 
 
-def load_body(path: str | Path) -> Body:
-    """Read what :func:`write_body` wrote.
+def read_arguments(path: str | Path) -> tuple[dict[str, Any], str]:
+    """Arguments of the body that :func:`write_body` wrote, and the hash that it must have.
 
     Raises
     ------
     SchemaError
-        Where the file is missing, damaged, changed since, or no body of this version.
+        Where the file is missing, damaged, or no body of this version.
     """
     if not Path(path).is_file():
         raise SchemaError(f"{path} does not exist: correct the path, or make it with `rom body`")
@@ -84,16 +86,12 @@ def load_body(path: str | Path) -> Body:
         found = data.attrs.get("body_version", "none")
         raise SchemaError(f"{path} is no body of version {BODY_VERSION} (it says {found}): make it with `rom body`")
     try:
-        body = _body(data)
+        return _arguments(data), data.attrs["content_hash"]
     except (KeyError, ValueError, IndexError) as error:
         raise SchemaError(f"{path} is damaged ({error}): make it again with `rom body`") from error
-    if digest(body) != data.attrs["content_hash"]:
-        raise SchemaError(f"{path} was changed after it was written, its content has another hash: make it again with "
-                          "`rom body`")
-    return body
 
 
-def _body(data: xr.Dataset) -> Body:
+def _arguments(data: xr.Dataset) -> dict[str, Any]:
     n = data.sizes["dof"]
 
     def matrix(name: str) -> sp.csr_array | None:
@@ -106,10 +104,10 @@ def _body(data: xr.Dataset) -> Body:
     while f"stiffness_{len(regions)}_value" in data:
         name = f"stiffness_{len(regions)}"
         regions[data[f"{name}_value"].attrs["region"]] = matrix(name)
-    return Body(regions or matrix("stiffness"), matrix("mass"), loss_stiffness=matrix("loss_stiffness"),
-                viscous=matrix("viscous"), dof_names=_words(data["dof_name"].values), grid=_grid(data),
-                name=data.attrs["title"], doubts=tuple(json.loads(data.attrs["doubts"])),
-                origin=json.loads(data.attrs["origin"]))
+    return {"stiffness": regions or matrix("stiffness"), "mass": matrix("mass"), "viscous": matrix("viscous"),
+            "loss_stiffness": matrix("loss_stiffness"), "dof_names": _words(data["dof_name"].values),
+            "grid": _grid(data), "name": data.attrs["title"], "doubts": tuple(json.loads(data.attrs["doubts"])),
+            "origin": json.loads(data.attrs["origin"])}
 
 
 def _rows(name: str, matrix: sp.csr_array, units: str, region: str) -> dict[str, tuple]:
@@ -119,7 +117,7 @@ def _rows(name: str, matrix: sp.csr_array, units: str, region: str) -> dict[str,
     words = name.rstrip("_0123456789").replace("_", " ") + (f" of region {region}" if region else "")
     return {f"{name}_value": (f"{name}_entry", rows.data, {
                 "long_name": words, "units": units} | ({"region": region} if region else {})),
-            f"{name}_column": (f"{name}_entry", rows.indices, {"long_name": f"column of an entry, {words}", "units": "1"}),
+            f"{name}_column": (f"{name}_entry", rows.indices, {"long_name": f"columns, {words}", "units": "1"}),
             f"{name}_start": ("row_end", rows.indptr, {"long_name": f"first entry of each row, {words}", "units": "1"})}
 
 
@@ -151,7 +149,8 @@ def _grid(data: xr.Dataset) -> Grid | None:
                 {kind: data[f"region_{kind}"].values for kind in kinds if f"region_{kind}" in data},
                 tuple(said["region_names"]), said["region_noun"],
                 _words(data["node_name"].values) if "node_name" in data else None,
-                {name: data[f"set_{i}"].values for i, name in enumerate(said["sets"])}, tuple(said["axes"]), said["noun"])
+                {name: data[f"set_{i}"].values for i, name in enumerate(said["sets"])}, tuple(said["axes"]),
+                said["noun"])
 
 
 def _plain(labels: np.ndarray) -> np.ndarray:

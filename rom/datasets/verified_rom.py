@@ -34,7 +34,8 @@ def kept_modes(scene: LinearScene, count: int, path: Path) -> Modes:
     return Modes(value, shape, np.zeros(len(value)), len(value), bound, bound)
 
 
-def make_piece(scene: LinearScene, modes: Modes, loads: np.ndarray, vectors: int, points: np.ndarray, path: Path) -> None:
+def make_piece(scene: LinearScene, modes: Modes, loads: np.ndarray, vectors: int, points: np.ndarray, path: Path
+               ) -> None:
     """Vectors, poles and true residuals of the unit loads ``loads`` at all ``points`` (n_point, 2), as a file.
 
     Raises

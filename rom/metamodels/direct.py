@@ -16,8 +16,9 @@ import xarray as xr
 
 from rom.fullorder import IllConditionedWarning, SecondOrderModel
 from rom.metamodels.basis import room
+from rom.metamodels.facts import Needs
 from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.residual_bound import energy_norms, residual_bound
 from rom.metamodels.validity import Assessment
 from rom.scenes import CaseArrays, LinearScene, Scene

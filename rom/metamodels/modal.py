@@ -20,8 +20,8 @@ from rom.fullorder import Modes
 from rom.fullorder.load_vectors import LoadVectors, load_vectors
 from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
 from rom.metamodels.certificate import gram, quadratic, rounding_size
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_harmonic, within
-from rom.metamodels.metamodel import Curve, Needs
 from rom.metamodels.modal_certificate import ModalCertificate
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays, LinearScene, Scene
@@ -125,7 +125,8 @@ class ModalWithLoadVectors(Modal):
     """Modes plus vectors of each load's own; the parent of `modal-static` and `modal-krylov`."""
 
     stored: ClassVar[tuple[Stored, ...]] = (
-        *Modal.stored, Stored("own_shapes", ("load", "vector", "dof"), "load-dependent vector, K-orthonormal", "m J-0.5"),
+        *Modal.stored,
+        Stored("own_shapes", ("load", "vector", "dof"), "load-dependent vector, K-orthonormal", "m J-0.5"),
         Stored("theta", ("load", "vector"), "reciprocal Ritz value", "s2"),
         Stored("first", ("load", "vector"), "share of the load", "J0.5 N-1"),
         Stored("last", ("load", "vector"), "share of the residual"),
@@ -289,7 +290,8 @@ class ModalKrylov(ModalWithLoadVectors):
         few = within(scene, 20)
         return Curve(({"modes": few, "vectors": 3}, {"modes": few, "vectors": 6}))
 
-    def __init__(self, scene: LinearScene, modes: int | None = 40, vectors: int = 6, precision: str = "float64") -> None:
+    def __init__(self, scene: LinearScene, modes: int | None = 40, vectors: int = 6, precision: str = "float64"
+                 ) -> None:
         if vectors < 1:
             raise ValueError(f"vectors={vectors} is too few: give one or more, or use the method `modal`")
         super().__init__(scene, modes, precision)

@@ -11,8 +11,9 @@ import scipy.linalg as sla
 import xarray as xr
 
 from rom.metamodels.basis import Basis, check_precision, combine
+from rom.metamodels.facts import Curve
 from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod_space import PodSpace, pod
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays, LinearScene, Scene

@@ -1,4 +1,20 @@
-"""What a fitted metamodel keeps in a file, declared once: which attributes, with which dimensions, units and words."""
+"""What a fitted metamodel keeps in a file, declared once: which attributes, with which dimensions, units and words.
+
+Examples
+--------
+A method of one's own, the mean of its training answers, with what its file holds:
+
+>>> import rom
+>>> class MeanAnswer(rom.Metamodel):
+...     name, summary, learns = "mean-answer", "the mean of the training answers", True
+...     stored = (rom.Stored("mean", ("dof",), "mean displacement", "m"),)
+...
+...     def _fit(self, train):
+...         self.mean = self.scene.values(train).mean(axis=0)
+...
+...     def _evaluate(self, cases, outputs, out):
+...         return np.tile(self.mean, (len(cases), 1))
+"""
 
 from __future__ import annotations
 

@@ -10,8 +10,9 @@ import xarray as xr
 from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import Basis, check_precision, room
 from rom.metamodels.certificate import UNIT_ROUNDOFF, gram, quadratic, rounding_size
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Curve, Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.residual_bound import residual_bound
 from rom.metamodels.stored import Stored
 from rom.metamodels.validity import Assessment

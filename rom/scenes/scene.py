@@ -212,7 +212,7 @@ class Scene(ABC):
         """The same scene with nothing factorised yet: nobody profits from what another one made."""
         return self
 
-    def begin_piece(self) -> None:
+    def begin_piece(self) -> None:  # noqa: B027  # most models keep nothing that could
         """Forget what an earlier piece left that could change the bits of the next one."""
 
     def whole(self, values: np.ndarray) -> np.ndarray:

@@ -70,8 +70,8 @@ def test_refusals(tmp_path, rich):
 
 def test_another_matrix_name_or_region_is_another_content(rich):
     def other(**changes):
-        given = dict(stiffness=rich.stiffness_by_region, mass=rich.model.mass, viscous=rich.viscous,
-                     loss_stiffness=rich.model.loss_stiffness, dof_names=rich.dof_names, grid=rich.grid) | changes
+        given = {"stiffness": rich.stiffness_by_region, "mass": rich.model.mass, "viscous": rich.viscous,
+                 "loss_stiffness": rich.model.loss_stiffness, "dof_names": rich.dof_names, "grid": rich.grid} | changes
         return Body(given.pop("stiffness"), given.pop("mass"), **given).content_hash
 
     assert other() == rich.content_hash

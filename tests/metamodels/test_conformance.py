@@ -13,7 +13,7 @@ from rom.comparison.errors import relative_errors
 from rom.errors import NotFittedError, SchemaError
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import METHODS, create, load, metamodel_class
-from rom.metamodels.networks.files import read_attributes
+from rom.datasets.tensors import read_attributes
 from rom.scenes import SCENES, CaseArrays, get_scene
 
 pytestmark = pytest.mark.filterwarnings("ignore::rom.metamodels.ValidityWarning")  # test_validity.py looks at them

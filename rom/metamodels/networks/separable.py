@@ -23,8 +23,8 @@ from rom.datasets.reduced import ReducedField
 from rom.datasets.storage import open_netcdf
 from rom.fullorder.blas import blas_threads
 from rom.metamodels.basis import Basis, combine
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_harmonic
-from rom.metamodels.metamodel import Curve, Needs
 from rom.metamodels.networks.network import WEIGHT, Network
 from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
 from rom.metamodels.networks.sizes import LARGE, TRAINED, trained_here

@@ -16,8 +16,8 @@ import numpy as np
 
 from rom.datasets import read_dataset, select
 from rom.datasets.storage import is_reduced, open_netcdf
+from rom.datasets.tensors import read_attributes
 from rom.errors import NoWeightsError, SchemaError
-from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.network import Network
 from rom.metamodels.networks.sizes import settings_of_size, weights_path
 from rom.metamodels.registry import create, load
