@@ -20,7 +20,7 @@ from rom.checks import real_number, shown, whole_number
 from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
 from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
 from rom.scenes.inputs import Input, Quantity
-from rom.scenes.path_answers import DEFINITIONS, QUANTITIES, RECORD, path_errors, solve_path
+from rom.scenes.path_answers import DEFINITIONS, QUANTITIES, RECORD, path_errors, solve_path, warm_up
 from rom.scenes.paths import INPUTS, NUMBERS, RANGES, PathArrays, label_paths, read_paths
 from rom.scenes.scene import Answers, Scene
 
@@ -252,10 +252,13 @@ class FingerOnGlass(Scene):
     # ---- the truth ------------------------------------------------------------------------------------------
 
     def solve(self, cases: PathArrays) -> tuple[Answers, dict[str, np.ndarray]]:
-        """Paths followed with the full-order model, one after another; see :func:`rom.scenes.path_answers.solve_path`."""
+        """Paths followed with the full-order model, one after another; see `path_answers.solve_path`."""
         found = [solve_path(self, cases, i) for i in range(len(cases))]
         return ({name: np.stack([values[name] for values, _ in found]) for name in self.quantities},
                 {name: np.array([record[name] for _, record in found]) for name in self.record})
+
+    def begin_piece(self) -> None:
+        warm_up()
 
     def errors(self, cases: PathArrays, answers: Answers, truth: Answers) -> dict[str, np.ndarray]:
         """(n_case, n_position) ndarrays: of the displacement, and of the contact as :data:`DEFINITIONS` say."""

@@ -236,7 +236,7 @@ class Scene(ABC):
         return self
 
     def begin_piece(self) -> None:  # noqa: B027  # most models keep nothing that could
-        """Forget what an earlier piece left that could change the bits of the next one."""
+        """Before a piece is solved and timed: forget what could change its bits, make what is made once a process."""
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Plain answers of the judged quantity with the dimensions that a dataset has."""

@@ -14,8 +14,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from hostile import one_line
 
 from rom.errors import SchemaError
-from rom.scenes.complex_parts import decode_complex, encode_complex, from_parts, join_parts, to_parts
 from rom.scenes.cases import NO_FORCE
+from rom.scenes.complex_parts import decode_complex, encode_complex, from_parts, join_parts, to_parts
 from rom.scenes.labelled_cases import LoadLabels, categories, check_cases, numbers
 from rom.scenes.labels import fields, in_order, positions
 from rom.scenes.units import factor_to
