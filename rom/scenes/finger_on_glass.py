@@ -20,7 +20,7 @@ from rom.checks import real_number, shown, whole_number
 from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
 from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
 from rom.scenes.inputs import Input, Quantity
-from rom.scenes.path_answers import DEFINITIONS, QUANTITIES, RECORD, path_errors, solve_path, warm_up
+from rom.scenes.path_answers import DEFINITIONS, QUANTITIES, RECORD, path_errors, solve_path
 from rom.scenes.paths import INPUTS, NUMBERS, RANGES, PathArrays, label_paths, read_paths
 from rom.scenes.scene import Answers, Scene
 
