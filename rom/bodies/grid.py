@@ -36,6 +36,8 @@ class Grid:
         What a region is called, such as "tissue".
     names : (n_node,) ndarray, optional
         Labels of the nodes in the program that they come from; default: 0, 1, 2 ...
+    sets : dict of ndarray of int
+        Nodes of each named set of the mesh, such as a face.
     axes : tuple of str
         What each coordinate means, in words.
     noun : str
@@ -64,6 +66,7 @@ class Grid:
     region_names: tuple[str, ...] = ()
     region_noun: str = "region"
     names: np.ndarray | None = None
+    sets: dict[str, np.ndarray] = field(default_factory=dict)
     axes: tuple[str, ...] = ("position along x", "position along y", "position along z")
     noun: str = "mesh"
     known_hash: str | None = None
@@ -108,7 +111,7 @@ class Grid:
     @cached_property
     def skin(self) -> np.ndarray:
         """(n_face, 4) ndarray of int: faces that one cell alone has, outwards; triangles repeat their last corner."""
-        faces = []
+        faces: list[np.ndarray] = []
         for kind, cells in self.cells.items():
             linear = next((name for name in FACES if kind.startswith(name)), None)
             if linear is not None:
@@ -121,5 +124,7 @@ class Grid:
         if not faces:
             return np.empty((0, 4), dtype=np.int64)
         every = np.concatenate(faces)
-        _, first, count = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_counts=True)
-        return every[np.sort(first[count == 1])]
+        key = every.copy()
+        key[every[:, 3] == every[:, 2], 3] = -1  # the repeated one may be another in the next cell
+        _, index, times = np.unique(np.sort(key, axis=1), axis=0, return_index=True, return_counts=True)
+        return every[np.sort(index[times == 1])]

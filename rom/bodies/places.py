@@ -1,0 +1,69 @@
+"""Places on a body in words: named sets, labels of nodes, and planes such as ``z=min``."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from rom.bodies.grid import Grid
+from rom.checks import shown
+
+NEAR = 1e-6
+"""Distance from a plane that counts as lying in it, against the body's size."""
+_PLANE = re.compile(r"(?P<axis>[xyz])\s*(?P<sign><=|>=|<|>|=)\s*(?P<value>min|max|[-+]?[\d.]+(?:e[-+]?\d+)?)",
+                    re.IGNORECASE)
+
+
+def held_nodes(words: str, grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of a place and the components that are meant there.
+
+    Parameters
+    ----------
+    words : str
+        The name of a set, the label of a node, or a plane or side such as ``z=min``, ``x=0.02``, ``y<0`` [m]; then, if
+        not all components are meant, a colon and theirs: ``base:x,z``; also ``17 z`` for one component of one node.
+    grid : Grid
+
+    Returns
+    -------
+    nodes, components : ndarray of int
+
+    Raises
+    ------
+    ValueError
+        Where nothing is called so or lies there.
+    """
+    place, _, chosen = words.partition(":")
+    nodes = _nodes(place.strip(), grid)
+    if nodes is None and not chosen and " " in words.strip():
+        place, _, chosen = words.strip().rpartition(" ")
+        nodes = _nodes(place, grid)
+    if nodes is None:
+        sets = ", ".join(sorted(grid.sets)) or "there is none"
+        raise ValueError(f"{shown(words)} is no place on the body: give a set ({sets}), the label of a node "
+                         f"such as {grid.node_names[0]}, or a plane such as z=min")
+    if not len(nodes):
+        low, high = (" ".join(f"{value:.6g}" for value in end(axis=0)) for end in (grid.nodes.min, grid.nodes.max))
+        raise ValueError(f"no node lies in {shown(place.strip())}: the body reaches from {low} to {high} m")
+    names = [name.strip() for name in chosen.split(",") if name.strip()] or list(grid.components)
+    unknown = [name for name in names if name not in grid.components]
+    if unknown:
+        raise ValueError(f"{shown(words)} names the component {unknown[0]}: the body has {', '.join(grid.components)}")
+    return nodes, np.array([grid.components.index(name) for name in names])
+
+
+def _nodes(place: str, grid: Grid) -> np.ndarray | None:
+    if place in grid.sets:
+        return grid.sets[place]
+    plane = _PLANE.fullmatch(place)
+    if plane is None:
+        found = np.flatnonzero(np.asarray(grid.node_names).astype(str) == place)
+        return found if len(found) else None
+    along = grid.nodes[:, "xyz".index(plane["axis"].lower())]
+    near = NEAR * float(np.ptp(grid.nodes, axis=0).max())
+    ends = {"min": along.min(), "max": along.max()}
+    value = ends[plane["value"].lower()] if plane["value"].lower() in ends else float(plane["value"])
+    test = {"=": np.abs(along - value) <= near, "<": along < value, ">": along > value, "<=": along <= value + near,
+            ">=": along >= value - near}
+    return np.flatnonzero(test[plane["sign"]])
