@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from rom.bodies.grid import Grid
+from rom.bodies.loads import Loads
 from rom.checks import shown
 
 NEAR = 1e-6
@@ -52,6 +53,17 @@ def chosen_dofs(places: str | Iterable[str], names: np.ndarray, grid: Grid | Non
                              f"{shown(str(text[0]))}, or the label of a node")
         found += [dof for dof in here.tolist() if dof not in found]
     return np.array(found, dtype=np.int64)
+
+
+def columns_of(inputs: str | Iterable[str] | Loads, names: np.ndarray,
+               grid: Grid | None = None) -> tuple[np.ndarray, list[str]]:
+    """(n, k) right-hand sides of unit forces at places, or of loads, and their names; parameters as above."""
+    if isinstance(inputs, Loads):
+        return np.asarray(inputs.columns, dtype=float), inputs.names
+    at = chosen_dofs(inputs, names, grid)
+    force = np.zeros((len(names), len(at)))
+    force[at, np.arange(len(at))] = 1
+    return force, names[at].astype(str).tolist()
 
 
 def held_nodes(words: str, grid: Grid) -> tuple[np.ndarray, np.ndarray]:

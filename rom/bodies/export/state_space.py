@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from rom.bodies.body import Body
 from rom.bodies.loads import Loads
-from rom.bodies.places import chosen_dofs
+from rom.bodies.places import chosen_dofs, columns_of
 from rom.bodies.readers.found import needed
 from rom.checks import real_number
 
@@ -110,13 +110,7 @@ def state_space(body: Body, inputs: str | Iterable[str] | Loads, outputs: str | 
     """
     real_number("loss_factor", loss_factor, 0)
     out = chosen_dofs(outputs, body.dof_names, body.grid)
-    if isinstance(inputs, Loads):
-        force, names = np.asarray(inputs.columns, dtype=float), inputs.names
-    else:
-        at = chosen_dofs(inputs, body.dof_names, body.grid)
-        force = np.zeros((body.model.n, len(at)))
-        force[at, np.arange(len(at))] = 1
-        names = body.dof_names[at].astype(str).tolist()
+    force, names = columns_of(inputs, body.dof_names, body.grid)
     found = body.model.natural_modes(count=modes, below_hz=below_hz)
     square, shape = found.eigenvalue, found.shape
     omega = np.sqrt(np.maximum(square, 0))
