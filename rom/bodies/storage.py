@@ -37,7 +37,7 @@ def write_body(body: Body, path: str | Path) -> None:
     OSError
         Where the file cannot be written.
     """
-    from rom.datasets.storage import whole_file
+    from rom.files import whole_file
 
     if Path(path).suffix != ".nc":
         raise ValueError(f"a body was to be written as {Path(path).name}: end the name in .nc")

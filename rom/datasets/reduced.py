@@ -20,9 +20,11 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from rom.datasets.schema import check_schema
-from rom.datasets.storage import is_reduced, open_netcdf
+from rom.datasets.storage import loaded, open_netcdf, reading
 from rom.errors import SchemaError
+from rom.fullorder.poles import Poles
 from rom.scenes import CaseArrays
+from rom.scenes.complex_parts import decode_complex
 
 SMALL = ("mode_shape", "eigenvalue", "participation", "own_theta", "own_share", "free_dof", "load_of_case")
 SHAPES = (*SMALL, "own_shape")
@@ -33,6 +35,15 @@ CHUNK = 1350
 and puts together no more of it than is asked for."""
 BLOCK = 64
 """Cases put together at once."""
+MOST_BYTES = 16e9
+"""Of fields put together from a reduced file at once."""
+STORAGE = "poles and shapes"
+"""Attribute ``storage`` of a file that holds no fields."""
+
+
+def is_reduced(data: xr.Dataset) -> bool:
+    """Whether an opened file holds poles and shapes instead of fields."""
+    return data.attrs.get("storage") == STORAGE
 
 
 class ReducedField:
@@ -48,12 +59,10 @@ class ReducedField:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._open()
-        try:
+        with reading(path):
             check_reduced(self.data, str(path))
             small = self.data[[*SMALL, *CASES]].load()
             self.n_load, self.n_own, self.n_free = self.data["own_shape"].shape
-        except (OSError, RuntimeError) as error:
-            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
         self.load = small["load_of_case"].values.astype(np.int64)
         self.force = small["force_amplitude"].values[:, 0]
         self.stiffness = 1.0 + 1j * small["loss_factor"].values
@@ -107,9 +116,9 @@ class ReducedField:
         own : (k, p) ndarray, complex [J^1/2]
         """
         load, force = self.load[cases], self.force[cases, None]
-        stiffness, inertia = self.stiffness[cases, None], self.inertia[cases, None]
-        return (self.participation[load] * force / (self.eigenvalue * stiffness - inertia),
-                self.share[load] * force / (stiffness - inertia * self.theta[load]))
+        point = self.stiffness[cases, None], self.inertia[cases, None]
+        return (Poles.of_modes(self.eigenvalue).at(self.participation[load] * force, *point),
+                Poles.of_vectors(self.theta[load]).at(self.share[load] * force, *point))
 
     def fields(self, cases) -> np.ndarray:
         """(k, n_free) ndarray, complex [m]: displacement of the cases (k,) at the free degrees of freedom."""
@@ -227,12 +236,7 @@ def open_dataset(path: str | Path, chunks: int | None = CHUNK) -> xr.Dataset:
     if not reduced:
         data = open_netcdf(path)
         check_schema(data, str(path))
-        data = data.chunk({"case": chunks or CHUNK})
-        for name in [name for name in data.data_vars if "part" in data[name].dims]:
-            parts = data[name]
-            joined = parts.isel(part=0, drop=True) + 1j * parts.isel(part=1, drop=True)
-            data[name] = joined.assign_attrs(parts.attrs)
-        return data.drop_vars("part", errors="ignore")
+        return decode_complex(data.chunk({"case": chunks or CHUNK}))
     field = ReducedField(path)
     data = field.data
     attributes = {"long_name": data["own_shape"].attrs["displacement_name"], "units": "m", "mesh": "mesh",
@@ -244,3 +248,27 @@ def open_dataset(path: str | Path, chunks: int | None = CHUNK) -> xr.Dataset:
         {"case": chunks, "node": -1, "component": -1})
     whole.set_close(data.close)
     return whole
+
+
+def read_dataset(path: str | Path, cases=None) -> xr.Dataset:
+    """Read a dataset of the schema, stored whole or reduced, or only the cases selected by integers, a slice or a mask.
+
+    Raises
+    ------
+    SchemaError
+        Where the file is missing, damaged, foreign or of another schema version.
+    ValueError
+        Where a reduced file would fill more than :data:`MOST_BYTES` of memory.
+    """
+    with open_netcdf(path) as data:
+        if not is_reduced(data):
+            check_schema(data, str(path))
+            return loaded(data if cases is None else data.isel(case=cases), path)
+    with open_dataset(path, chunks=None) as data:
+        wanted = data if cases is None else data.isel(case=cases)
+        size = wanted["displacement"].nbytes
+        if size > MOST_BYTES:
+            raise ValueError(f"{wanted.sizes['case']} cases of {path} fill {size / 1e9:.0f} GB: name fewer, or take "
+                             "rom.datasets.open_dataset, which reads what is asked for")
+        with reading(path):
+            return wanted.load()

@@ -10,8 +10,8 @@ import numpy as np
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save_file
 
-from rom.datasets.storage import whole_file
 from rom.errors import SchemaError
+from rom.files import whole_file
 
 REQUIRED = ("model_version", "method", "settings", "scene_parameters", "scene_hash", "mesh_hash", "offline_seconds")
 

@@ -8,7 +8,6 @@ cases drawn at random are solved directly beside. What is stored are poles and s
 from __future__ import annotations
 
 import json
-import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,13 +17,15 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
-from rom.datasets.pieces import begin_or_resume
+from rom.datasets.pieces import pieces_of
+from rom.datasets.reduced import STORAGE
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.snapshots import Progress, solver_sources
 from rom.datasets.splits import split_variables
-from rom.datasets.storage import STORAGE, open_netcdf, read_netcdf, write_in_blocks, write_netcdf
+from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, write_netcdf
 from rom.datasets.verified_rom import kept_modes, make_piece, pole_coefficients
 from rom.errors import SolverError
+from rom.files import is_intact
 from rom.fullorder import Modes
 from rom.provenance import stamp
 from rom.scenes import CaseArrays, LinearScene
@@ -132,19 +133,19 @@ def make_whole_dataset(scene: LinearScene, path: str | Path, *, beyond: bool = F
     recipe = {"scene": json.loads(scene.to_json()), "content": scene.content_hash, "whole": True, "beyond": beyond,
               "seed": seed, "modes": modes, "vectors": vectors, "precision": precision, "confirm": confirm,
               "source": solver_sources(scene)}
-    folder = begin_or_resume(path, recipe, "cases")
-    if folder is None:
-        return path
-    blocks = np.array_split(np.arange(scene.n_loads), -(-scene.n_loads // LOADS_PER_PIECE))
-    files = [folder / f"{k:05d}.nc" for k in range(len(blocks))]
-    for k in progress(range(len(blocks))):
-        if not files[k].exists():
-            make_piece(scene, kept_modes(scene, modes, folder / "modes.nc"), blocks[k], vectors, whole.points, files[k])
-    if not (folder / "confirmed.nc").exists():
-        _confirm(scene, kept_modes(scene, modes, folder / "modes.nc"), whole, files, confirm, seed, precision,
-                 folder / "confirmed.nc")
-    _assemble(whole, folder, files, path, recipe)
-    shutil.rmtree(folder)
+    with pieces_of(path, recipe, "cases") as folder:
+        if folder is None:
+            return path
+        blocks = np.array_split(np.arange(scene.n_loads), -(-scene.n_loads // LOADS_PER_PIECE))
+        files = [folder / f"{k:05d}.nc" for k in range(len(blocks))]
+        for k in progress(range(len(blocks))):
+            if not is_intact(files[k]):
+                make_piece(scene, kept_modes(scene, modes, folder / "modes.nc"), blocks[k], vectors, whole.points,
+                           files[k])
+        if not is_intact(folder / "confirmed.nc"):
+            _confirm(scene, kept_modes(scene, modes, folder / "modes.nc"), whole, files, confirm, seed, precision,
+                     folder / "confirmed.nc")
+        _assemble(whole, folder, files, path, recipe)
     return path
 
 

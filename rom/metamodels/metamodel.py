@@ -119,7 +119,7 @@ class Metamodel(ABC):
             if train is None:
                 raise ValueError(f"{self.name} learns from snapshots: give fit() a training dataset")
             self.scene.check_origin(train, "the training dataset")
-            train = self.scene.complete(train)
+            train = self.scene.complete(self.scene.in_order(train, "the training dataset"))
             self.trained = TrainedRange.of(self.scene, self.scene.read(train))
         self.borrowed_seconds = 0.0
         self._fit(train)  # type: ignore[arg-type]  # None reaches only the methods that look at the model alone

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg as sla
 import xarray as xr
 
+from rom.fullorder.poles import Poles, operating_points
 from rom.metamodels.basis import Basis, check_precision, combine
 from rom.metamodels.facts import Curve
 from rom.metamodels.linear import not_linear
@@ -110,8 +111,7 @@ class PodGalerkin(Metamodel):
         load = np.einsum("cf,cfk->ck", cases.force, self.participation[cases.node])
         if not self.scene.harmonic:
             return load
-        omega = 2.0 * np.pi * cases.frequency
-        return load / ((1.0 + 1j * cases.loss_factor)[:, None] * self.eigenvalue - (omega * omega)[:, None])
+        return Poles.of_modes(self.eigenvalue).at(load, *operating_points(cases.frequency, cases.loss_factor))
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         return combine(self.coordinates(cases), self._basis.rows(outputs), out)

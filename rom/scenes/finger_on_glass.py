@@ -172,9 +172,9 @@ class FingerOnGlass(Scene):
     # ---- labels in, labels out ------------------------------------------------------------------------------
 
     def read(self, cases: xr.Dataset) -> PathArrays:
-        if isinstance(cases, xr.Dataset):
-            self.check_origin(cases, "the batch of load paths", required=False)
-        return read_paths(cases, self.name)
+        paths = read_paths(cases, self.name)
+        self.check_origin(cases, "the batch of load paths", required=False)
+        return paths
 
     def cases_from(self, cases: PathArrays) -> xr.Dataset:
         return xr.Dataset(label_paths(cases), coords={
@@ -216,8 +216,7 @@ class FingerOnGlass(Scene):
 
     def values(self, answer: xr.Dataset) -> Answers:
         """Every quantity of labelled answers as plain arrays."""
-        return {name: answer[name].transpose("case", *quantity.dims).values for name, quantity in self.quantities.items()
-                if name in answer}
+        return self.plain(answer)
 
     def shape_of(self, name: str) -> tuple[int, ...]:
         """Shape of a quantity beside case and position."""
@@ -253,10 +252,13 @@ class FingerOnGlass(Scene):
     # ---- the truth ------------------------------------------------------------------------------------------
 
     def solve(self, cases: PathArrays) -> tuple[Answers, dict[str, np.ndarray]]:
-        """Paths followed with the full-order model, one after another; see :func:`rom.scenes.path_answers.solve_path`."""
+        """Paths followed with the full-order model, one after another; see `path_answers.solve_path`."""
         found = [solve_path(self, cases, i) for i in range(len(cases))]
         return ({name: np.stack([values[name] for values, _ in found]) for name in self.quantities},
                 {name: np.array([record[name] for _, record in found]) for name in self.record})
+
+    def begin_piece(self) -> None:
+        warm_up()
 
     def errors(self, cases: PathArrays, answers: Answers, truth: Answers) -> dict[str, np.ndarray]:
         """(n_case, n_position) ndarrays: of the displacement, and of the contact as :data:`DEFINITIONS` say."""

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, check_shapes, finite
+from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, finite
+from rom.scenes.labelled_cases import check_cases, numbers
 from rom.scenes.question import PHASE
 
 if TYPE_CHECKING:
@@ -16,23 +17,23 @@ if TYPE_CHECKING:
 
 def read_cases(scene: LinearScene, cases: xr.Dataset) -> CaseArrays:
     """See `Scene.read`."""
-    if isinstance(cases, xr.Dataset):
-        scene.check_origin(cases, "the batch of cases", required=False)
-    loads, points = check_shapes(cases, scene.name, tuple(one.name for one in scene.inputs if "force" in one.dims),
-                                 tuple(one.name for one in scene.asked.points),
-                                 {one.name: one.default for one in scene.inputs if one.default is not None})
-    column = scene.load_labels.columns(loads)
+    check_cases(cases, scene.name, [one.name for one in scene.inputs if one.default is None],
+                [one.name for one in scene.inputs if one.default is not None])
+    scene.check_origin(cases, "the batch of cases", required=False)
+    column, force = scene.load_labels.forces(cases, unit=scene.asked.amplitude.unit)
     present = column != NO_FORCE
     if not present.any(axis=1).all():
         raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one load")
-    force = finite(loads["force_amplitude"], "force_amplitude", "N")
+    force = finite(force, "force_amplitude", "N")
     if scene.asked.phases:
-        force = force * np.exp(1j * finite(loads["force_phase"], "force_phase", "rad"))
+        phase = numbers(cases, PHASE.name, PHASE.dims, PHASE.unit, PHASE.default)
+        force = force * np.exp(1j * finite(np.where(present, phase, 0.0), PHASE.name, PHASE.unit))
+    points = {}
     for one in scene.asked.points:
-        points[one.name] = finite(points[one.name], one.name, one.unit)
+        points[one.name] = finite(numbers(cases, one.name, one.dims, one.unit, one.default), one.name, one.unit)
         if (points[one.name] < 0).any():
             raise ValueError(f"{one.name} {points[one.name].min():g} is negative: give zero or more")
-    return CaseArrays(np.where(present, column, 0), np.where(present, force, 0.0), **points)
+    return CaseArrays(np.where(present, column, 0), force, **points)
 
 
 def label_cases(scene: LinearScene, cases: CaseArrays) -> xr.Dataset:

@@ -15,10 +15,11 @@ from rom.bodies import Body, Grid, Loads
 from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
-from rom.scenes.cases import CaseArrays, positions_of
+from rom.scenes.cases import CaseArrays
 from rom.scenes.inputs import Quantity
+from rom.scenes.labelled_cases import LoadLabels
+from rom.scenes.labels import positions
 from rom.scenes.linear_labels import label_cases, read_cases
-from rom.scenes.load_labels import LoadLabels
 from rom.scenes.population import Population, RangePopulation
 from rom.scenes.question import Question, default_question
 from rom.scenes.scene import Answers, Scene
@@ -131,7 +132,8 @@ class LinearScene(Scene):
             return np.empty(0, dtype=np.int64)
         if callable(self._part):
             return np.asarray(self._part())
-        return positions_of(np.asarray(self._part), self.body.dof_names, "output")
+        order = positions(self.body.dof_names, np.asarray(self._part), "the degree of freedom", "the body")
+        return np.arange(len(self._part)) if order is None else order
 
     def n_outputs(self, outputs: str) -> int:
         """Number of degrees of freedom of "field" or of the part."""
@@ -165,7 +167,7 @@ class LinearScene(Scene):
     @cached_property
     def load_labels(self) -> LoadLabels:
         """From labels to columns of the unit loads."""
-        return LoadLabels(self.loads)
+        return LoadLabels(self.loads.labels)
 
     def load_index(self, *labels: Any) -> int:
         """Column of the unit load with these labels, in the order of ``loads.labels``: what ``CaseArrays.node`` holds.
@@ -175,7 +177,7 @@ class LinearScene(Scene):
         ValueError
             Where no load has them.
         """
-        given = {name: np.array([[label]]) for name, label in zip(self.loads.labels, labels, strict=True)}
+        given = xr.Dataset({name: ("case", [label]) for name, label in zip(self.loads.labels, labels, strict=True)})
         return int(self.load_labels.columns(given)[0, 0])
 
     # ---- labels out -----------------------------------------------------------------------------------------
@@ -224,7 +226,7 @@ class LinearScene(Scene):
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""
-        array = answer["displacement"].transpose("case", *self.quantities["displacement"].dims).values
+        array = self.plain(answer)["displacement"]
         return array if self.grid is None else self.grid.at_free(array)
 
     # ---- what methods learn from ------------------------------------------------------------------------------

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from rom.datasets import read_dataset, select
-from rom.datasets.storage import is_reduced, open_netcdf
+from rom.datasets.reduced import is_reduced
+from rom.datasets.storage import open_netcdf
 from rom.datasets.tensors import read_attributes
 from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels.networks.network import Network

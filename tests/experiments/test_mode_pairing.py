@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis.mode_pairing import on_common_dofs, on_mesh, pair_modes
 
 from rom.fingertip import MeshDensity
 from rom.fullorder import natural_modes
-from rom.vibration.mode_pairing import on_common_dofs, on_mesh, pair_modes
 from rom.vibration.parity import parity
 
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from rom.vibration.motion import at_largest_motion, ellipse_axes, travelling_index
+from analysis.motion import at_largest_motion, ellipse_axes, travelling_index
 
 TIME = np.exp(2j * np.pi * np.arange(3600) / 3600)
 

@@ -2,11 +2,7 @@
 
 import numpy as np
 import pytest
-
-from rom.fingertip.anatomy import TISSUES
-from rom.fingertip.fingertip import DIRECTIONS
-from rom.fullorder import SecondOrderModel
-from rom.vibration.tissue_damping import (
+from analysis.tissue_damping import (
     ASSUMED_LOSS_FACTORS,
     damped_model,
     loss_factors,
@@ -15,6 +11,10 @@ from rom.vibration.tissue_damping import (
     strain_energy_shares,
     with_contrast,
 )
+
+from rom.fingertip.anatomy import TISSUES
+from rom.fingertip.fingertip import DIRECTIONS
+from rom.fullorder import SecondOrderModel
 
 FREQUENCY = np.array([60.0, 125.0, 230.0])
 

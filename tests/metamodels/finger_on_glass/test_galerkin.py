@@ -13,8 +13,8 @@ from rom.finger_on_glass.equilibrium import solve_step
 from rom.finger_on_glass.finger import Finger
 from rom.finger_on_glass.tissue import Tissue
 from rom.metamodels import load
-from rom.metamodels.contact.galerkin import ContactGalerkin
-from rom.metamodels.contact.hyper_reduction import (
+from rom.metamodels.finger_on_glass.galerkin import ContactGalerkin
+from rom.metamodels.finger_on_glass.hyper_reduction import (
     ReducedSpace,
     displacement_shares,
     orthonormal,
@@ -25,8 +25,8 @@ from rom.metamodels.contact.hyper_reduction import (
     sparse_weights,
     supremizers,
 )
-from rom.metamodels.contact.reduced_equations import Constants, Contact, assemble, volumes
-from rom.metamodels.contact.reduced_path import Controls, history_of, reduced_step
+from rom.metamodels.finger_on_glass.reduced_equations import Constants, Contact, assemble, volumes
+from rom.metamodels.finger_on_glass.reduced_path import Controls, history_of, reduced_step
 from rom.scenes import FingerOnGlass, PathArrays
 
 SCENE = FingerOnGlass(rays=28, layers=3)
@@ -101,7 +101,7 @@ def small_finger(truth: xr.Dataset, variant: int, rank: int = 12):
     pressures = pressure_modes(finger, np.random.default_rng(0).standard_normal((9, len(finger.mesh.quads))), 4)
     vectors = orthonormal(principal_directions(rows, rank), supremizers(finger, pressures))
     whole = reduce(finger, ReducedSpace(vectors, pressures, np.r_[21:28, 0:8]))
-    paths = SCENE.case_arrays(mine)
+    paths = SCENE.read(mine)
     constants = [Constants(paths.c[i] * 1e-6, paths.k1[i] * 1e-6, 15.0, 2e3 * paths.c[i] * 1e-6, 100.0,
                            paths.friction[i], 20.0, 5.0) for i in range(3) for _ in range(SCENE.n_positions)]
     plate = finger.lowest + 1e3 * mine["normal_displacement"].values.ravel()
@@ -147,7 +147,7 @@ def test_sampled_points_meet_the_training_forces(truth):
 
 def test_held_out_paths_are_lawful_and_close(learned, truth):
     cases = truth.isel(path=HELD_OUT)
-    answer = learned.evaluate(SCENE.case_arrays(cases))
+    answer = learned.evaluate(SCENE.read(cases))
     force = cases["normal_force"].values[:, None] * SCENE.force_share
     friction = cases["friction"].values[:, None]
     assert np.isfinite(answer["displacement"]).all()
@@ -155,7 +155,7 @@ def test_held_out_paths_are_lawful_and_close(learned, truth):
     u = cases["displacement"].values
     error = np.linalg.norm(answer["displacement"] - u, axis=(2, 3)) / np.linalg.norm(u, axis=(2, 3))
     assert np.median(error) < 0.05  # the scene's gate; six training paths a variant do not meet it at the maximum
-    best = learned.best_approximation(SCENE.case_arrays(cases), u)
+    best = learned.best_approximation(SCENE.read(cases), u)
     floor = np.linalg.norm(best - u, axis=(2, 3)) / np.linalg.norm(u, axis=(2, 3))
     assert (floor <= error + 1e-12).all()  # a projection is the best that the modes can do
 
@@ -170,7 +170,7 @@ def test_pressing_harder_than_the_tissue_bears_is_said(learned, truth):
 
 
 def test_save_load_and_refit_change_nothing(learned, truth, tmp_path):
-    paths = SCENE.case_arrays(truth.isel(path=HELD_OUT[1:3]))
+    paths = SCENE.read(truth.isel(path=HELD_OUT[1:3]))
     learned.save(tmp_path / "model.nc")
     again = load(tmp_path / "model.nc")
     refitted = ContactGalerkin(SCENE, **learned.settings).fit(truth.isel(path=HELD_IN))
