@@ -20,6 +20,7 @@ import numpy as np
 
 from rom.bodies.export.state_space import StateSpace
 from rom.errors import RomError
+from rom.files import whole_file
 from rom.provenance import stamp
 
 SOURCE = Path(__file__).with_name("fmu.c")
@@ -54,8 +55,6 @@ def write_fmu(system: StateSpace, path: str | Path, *, compiler: str | None = No
     OSError
         Where the unit cannot be written.
     """
-    from rom.datasets.storage import whole_file
-
     path = Path(path)
     if path.suffix != ".fmu":
         raise ValueError(f"{path.name} ends in {path.suffix or 'nothing'}: the name of a unit ends in .fmu")

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from rom.bodies.body import Body
 from rom.bodies.readers.found import COMPONENTS
+from rom.files import whole_file
 
 WRITERS = {".pch": "Nastran DMIG", ".inp": "Abaqus *MATRIX INPUT", ".mtx": "Matrix Market"}
 
@@ -132,8 +133,6 @@ def _matrix_market(body: Body, matrices: dict[str, sp.csr_array], path: Path) ->
 
 
 def _write(path: Path, lines: list[str]) -> Path:
-    from rom.datasets.storage import whole_file
-
     with whole_file(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path

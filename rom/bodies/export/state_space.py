@@ -21,6 +21,7 @@ from rom.bodies.loads import Loads
 from rom.bodies.places import chosen_dofs, columns_of
 from rom.bodies.readers.found import needed
 from rom.checks import real_number
+from rom.files import whole_file
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +61,6 @@ class StateSpace:
         OSError
             Where the file cannot be written.
         """
-        from rom.datasets.storage import whole_file
-
         path = Path(path)
         content: dict[str, Any] = {"A": self.a, "B": self.b, "C": self.c, "D": self.d,
                                    "inputs": np.array(self.inputs), "outputs": np.array(self.outputs)}

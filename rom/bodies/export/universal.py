@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from rom.bodies.export.matrices import numbered
 from rom.bodies.readers.found import COMPONENTS, needed
+from rom.files import whole_file
 
 KINDS = {"receptance": (8, "m/N"), "mobility": (11, "m/s/N"), "accelerance": (12, "m/s2/N")}
 """Number of the data type of the response, and units, by what a response is called; forces are of type 13."""
@@ -43,8 +44,6 @@ def write_universal(path: str | Path, frequency: ArrayLike, response: ArrayLike,
     OSError
         Where the file cannot be written.
     """
-    from rom.datasets.storage import whole_file
-
     pyuff = needed("pyuff", "pyuff", "universal", "a universal file")
     x, values = np.asarray(frequency, dtype=float), np.asarray(response, dtype=complex)
     if kind not in KINDS:
