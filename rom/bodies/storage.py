@@ -12,6 +12,7 @@ import xarray as xr
 
 from rom.bodies.grid import Grid
 from rom.errors import SchemaError
+from rom.files import check_seal, seal, whole_file
 from rom.provenance import stamp
 
 if TYPE_CHECKING:
@@ -37,8 +38,6 @@ def write_body(body: Body, path: str | Path) -> None:
     OSError
         Where the file cannot be written.
     """
-    from rom.files import check_seal, seal, whole_file
-
     if Path(path).suffix != ".nc":
         raise ValueError(f"a body was to be written as {Path(path).name}: end the name in .nc")
     model = body.model
