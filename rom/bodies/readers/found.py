@@ -39,6 +39,8 @@ class FoundMatrices:
     matrices : dict of (n, n) csr_array
     labels : (n, 2) ndarray of int, optional
         Node and number of the component (see :data:`COMPONENTS`) of each row.
+    names : (n,) ndarray of str, optional
+        Names of the rows where they are no nodes and components.
     roles : dict of str
         Which matrix is what, where the format says so: "stiffness", "mass", "viscous", "loss".
     notes : tuple of str
@@ -53,6 +55,7 @@ class FoundMatrices:
     roles: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     open_ended: bool = False
+    names: np.ndarray | None = None
 
 
 def known_endings() -> list[str]:
