@@ -201,7 +201,7 @@ class FingerOnGlass(Scene):
             "skin": ("skin", mesh.skin_nodes, {"long_name": "mesh node on the skin", "units": "1"})}
 
     def label(self, cases: xr.Dataset, answers: Answers, outputs: str | None = None) -> xr.Dataset:
-        answer = self.stripped(cases).assign_coords(self.coordinates())
+        answer = self.stripped(self.batched(cases)).assign_coords(self.coordinates())
         for name, array in answers.items():
             quantity = self.quantities[name]
             answer[name] = (("case", *quantity.dims), array, {**quantity.attributes, **(

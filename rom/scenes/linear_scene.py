@@ -193,7 +193,7 @@ class LinearScene(Scene):
     def label(self, cases: xr.Dataset, answers: np.ndarray, outputs: str | None = None) -> xr.Dataset:
         part = (outputs or self.outputs) != "field"
         coordinates = self._part_coordinates if part else self._whole_coordinates
-        answer = self.stripped(cases)
+        answer = self.stripped(self.batched(cases))
         quantity = self.quantities["displacement"]
         if not part:
             answers = self.whole(answers)

@@ -17,6 +17,7 @@ from rom.bodies import Grid
 from rom.checks import shown
 from rom.errors import SchemaError
 from rom.scenes.inputs import Input, Quantity
+from rom.scenes.labelled_cases import BESIDE
 from rom.scenes.labels import fields, in_order
 
 Answers = dict[str, np.ndarray]
@@ -150,6 +151,14 @@ class Scene(ABC):
         """A dataset with its fields in the scene's own order and units; raises as :meth:`plain`."""
         return in_order(data, self._labels, {name: (("case", *quantity.dims), quantity.unit)
                                              for name, quantity in self.quantities.items()}, source)
+
+    def batched(self, cases: xr.Dataset) -> xr.Dataset:
+        """Cases with the dimension ``case``, where one alone was picked by ``isel(case=...)``."""
+        if "case" in cases.dims:
+            return cases
+        mine = {*(one.name for one in self.inputs), *self.quantities, *self.record, *BESIDE}
+        return cases.drop_vars("case", errors="ignore").assign(
+            cases[[name for name in cases.data_vars if name in mine]].expand_dims("case"))
 
     @property
     def _labels(self) -> dict[str, np.ndarray]:
