@@ -7,7 +7,7 @@ export ROM_CACHE ?= $(CURDIR)/.cache
 
 EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py experiments/interactive_page.py %_figures.py,$(wildcard experiments/*.py))
 
-.PHONY: report report-quick serve experiments experiments-quick test test-browser measure-page test-all lint clean
+.PHONY: report report-quick serve experiments experiments-quick test test-browser measure-page lint clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -39,9 +39,6 @@ test-browser: $(STAMP)
 measure-page: $(STAMP)
 	tests/browser/install_chromium.sh
 	$(BIN)/python experiments/interactive_page.py
-
-test-all: $(STAMP)
-	$(BIN)/python -m pytest -m ""
 
 lint: $(STAMP)
 	$(BIN)/ruff check rom experiments tests

@@ -1,7 +1,7 @@
 """Which natural modes carry a vibrating force on the finger pad, direction by direction and frequency by frequency.
 
-Shares of strain energy, after the modes' orthogonality (`analysis.participation`); what the kept modes leave is the residual,
-which a truncated superposition loses.
+Shares of strain energy, after the modes' orthogonality (`analysis.participation`); what the kept modes leave is the
+residual, which a truncated superposition loses.
 """
 
 from __future__ import annotations

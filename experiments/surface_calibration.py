@@ -114,7 +114,7 @@ def _fit(facts: Facts, density: MeshDensity, correction: tuple[np.ndarray, float
     """Shape, cost and number of shapes looked at; kept, so that a run that was cut off goes on."""
     recipe = {"facts": asdict(facts), "density": density.to_dict(), "start": start, "evaluations": evaluations,
               "correction": [correction[0].round(9).tolist(), round(correction[1], 9)],
-              "source": source_digest("fullorder", "fingertip", surface_fit.__file__)}
+              "source": source_digest(surface_fit.__file__)}
     path = cached_path("surface-fits", recipe, ".json")
     if not path.exists():
         fit = fit_surface(facts, density, correction, start=start, evaluations=evaluations)

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from analysis.mode_pairing import on_mesh
 from rom.cache import cached_path
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import SolverError
 from rom.fingertip import TISSUES, Anatomy, Fingertip, MeshDensity
 from rom.provenance import source_digest
 from rom.vibration.modal_analysis import analyse_modes
-from rom.vibration.mode_pairing import on_mesh
 
 LADDER = (
     MeshDensity((8, 8), 5, 5, (1, 1, 1, 2)),  # 2,406 nodes
@@ -76,7 +76,7 @@ def modes_on(tip: Fingertip, reference: MeshDensity, count: int) -> xr.Dataset:
         If the process fails; with its last words.
     """
     task = {"fingertip": tip.to_dict(), "reference": reference.to_dict(), "count": count}
-    path = cached_path("mesh-convergence", task | {"source": source_digest(*SOURCES, __file__)})
+    path = cached_path("mesh-convergence", task | {"source": source_digest(__file__)})
     if not path.is_file():
         words = [sys.executable, __file__, json.dumps(task), str(path)]
         done = subprocess.run(words, capture_output=True, text=True, check=False)

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rom.checks import whole_number
 from rom.commands.files import check_files
 from rom.commands.fingertip_options import add_fingertip_options, fingertip_from
 
@@ -52,10 +53,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _count(arguments: argparse.Namespace, tip: Any) -> int:
     if arguments.below is None:
-        count = DEFAULT_COUNT if arguments.count is None else arguments.count
-        if count < 1:
-            raise ValueError(f"--count is {count}, but there must be a mode to compute: give a whole number from 1 on")
-        return count
+        return whole_number("--count", DEFAULT_COUNT if arguments.count is None else arguments.count, 1)
     from rom.vibration.modal_analysis import modes_below
 
     if not arguments.below > 0:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rom.fingertip.shape import shown
+from rom.checks import real_number
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,7 @@ class Glass:
 
     def __post_init__(self) -> None:
         for name, least in (("friction", 0.0), ("normal_stiffness", 1e-3), ("tangential_stiffness", 1e-3)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value < 1e6:
-                raise ValueError(f"{name}={shown(value)} is out of range: give {least:g} or more, below 1e6")
+            object.__setattr__(self, name, real_number(name, getattr(self, name), least, 1e6))
 
 
 @dataclass(frozen=True, eq=False)

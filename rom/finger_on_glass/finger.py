@@ -11,12 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
+from rom.checks import real_number, shown
 from rom.finger_on_glass.contact import ContactHistory, ContactResponse, Glass, contact_response
 from rom.finger_on_glass.element import element_response, shape_gradients
 from rom.finger_on_glass.linear_solver import PatternedLU
 from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
 from rom.finger_on_glass.tissue import Tissue, fibre_directions
-from rom.fingertip.shape import shown
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,10 @@ class OutOfPlane:
     effective_length: float = 10.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.stiffness, int | float) or isinstance(self.stiffness, bool) or not self.stiffness >= 0:
-            raise ValueError(f"stiffness={shown(self.stiffness)} is no out-of-plane stiffness: give 0 N or more")
-        length = self.effective_length
-        if not isinstance(length, int | float) or isinstance(length, bool) or not 0 < length < 1e4:
-            raise ValueError(f"effective_length={shown(length)} is no length: give more than 0 and less than 10,000 mm")
+        if not isinstance(self.stiffness, float) or self.stiffness != np.inf:
+            object.__setattr__(self, "stiffness", real_number("out-of-plane stiffness", self.stiffness, 0.0, unit="N"))
+        object.__setattr__(self, "effective_length", real_number("effective_length", self.effective_length, above=0.0,
+                                                                 most=1e4, unit="mm"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from rom.checks import real_number, shown
 from rom.finger_on_glass.equilibrium import ConvergedStep, FailedStep, StepResult, solve_step
 from rom.finger_on_glass.finger import Finger, State
 from rom.finger_on_glass.observation import Balance, Observation, observe, plate_forces
 from rom.finger_on_glass.tissue import FIBRE_CAP
-from rom.fingertip.shape import shown
 
 FIRST_TOUCH, TOUCHES = 0.02, 14
 """Approach of the plate that closes the contact, before its force is prescribed [mm]; halved so often at most."""
@@ -48,11 +48,10 @@ class LoadPath:
             values = getattr(self, name)
             if isinstance(values, str) or not hasattr(values, "__iter__"):
                 raise ValueError(f"{name}={shown(values)} is no list of positions: give ascending numbers of {unit}")
-            values = tuple(float(v) for v in values)
+            values = tuple(real_number(name, value, above=0.0, most=1e3, unit=unit) for value in values)
             object.__setattr__(self, name, values)
-            if any(not 0 < v < 1e3 for v in values) or any(b <= a for a, b in pairwise(values)):
-                raise ValueError(f"{name}={shown(values)} is no path: give ascending positions above 0 and below 1000 "
-                                 f"{unit}")
+            if any(b <= a for a, b in pairwise(values)):
+                raise ValueError(f"{name}={shown(values)} is no path: give ascending positions in {unit}")
         if not self.normal_force:
             raise ValueError("the path has no normal force: give at least one position in N")
 

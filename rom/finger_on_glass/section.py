@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from rom.fingertip.shape import shown
+from rom.checks import real_number, whole_number
 
 FINE_SECTOR, FINE_BLEND, FINE_RATIO = 75.0, 6.0, 3.0
 """Rays stand FINE_RATIO times as dense within FINE_SECTOR degrees of the pad's middle; the change takes FINE_BLEND."""
@@ -36,11 +36,9 @@ class Section:
 
     def __post_init__(self) -> None:
         for entry in fields(self):
-            value = getattr(self, entry.name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-                raise ValueError(f"{entry.name}={shown(value)} is no length: give a finite number of mm")
-            if entry.name != "bone_offset" and not 0 < value < 1e3:
-                raise ValueError(f"{entry.name} is {value:g} mm: give a length above 0 and below 1000 mm")
+            limits = {} if entry.name == "bone_offset" else {"above": 0.0, "most": 1e3}
+            value = real_number(entry.name, getattr(self, entry.name), unit="mm", **limits)
+            object.__setattr__(self, entry.name, value)
         bone = self.bone_outline(np.linspace(0, 2 * np.pi, 721))
         level = (bone[:, 0] / (self.width / 2)) ** 2 + (bone[:, 1] / (self.height / 2)) ** 2
         if level.max() >= 0.98:
@@ -137,10 +135,7 @@ def mesh_section(section: Section, rays: int = 120, layers: int = 12) -> Section
     ValueError
         For too few or too many elements.
     """
-    for name, value, least in (("rays", rays, 16), ("layers", layers, 2)):
-        if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= 4000:
-            raise ValueError(f"{name}={shown(value)} is no number of elements: give a whole number from {least} to "
-                             "4000")
+    rays, layers = whole_number("rays", rays, 16, 4000), whole_number("layers", layers, 2, 4000)
     angle = np.linspace(-np.pi / 2, 1.5 * np.pi, 20001)
     bone, normal = section.bone_outline(angle), section.bone_normals(angle)
     skin = section.skin_along(bone, normal)

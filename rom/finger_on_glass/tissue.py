@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rom.checks import choice, real_number, whole_number
 from rom.finger_on_glass.section import Section, SectionMesh
-from rom.fingertip.shape import shown
 
 VARIANTS = ("radial", "circumferential", "random")
 PUBLISHED_K1 = {"radial": 0.150, "circumferential": 0.003, "random": 0.003}
@@ -53,18 +53,13 @@ class Tissue:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.variant, str) or self.variant not in VARIANTS:
-            raise ValueError(f"{shown(self.variant)} is no arrangement of fibres: choose from {', '.join(VARIANTS)}")
+        choice("variant", self.variant, VARIANTS)
         if self.k1 is None:
             object.__setattr__(self, "k1", PUBLISHED_K1[self.variant])
-        for name, least, most, unit in (("c", 0.0, 1e3, " MPa"), ("k1", 0.0, 1e3, " MPa"), ("k2", 0.0, 1e3, ""),
+        for name, least, most, unit in (("c", 0.0, 1e3, "MPa"), ("k1", 0.0, 1e3, "MPa"), ("k2", 0.0, 1e3, ""),
                                         ("bulk_ratio", 1.0, 1e8, "")):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not least < value <= most:
-                raise ValueError(f"{name}={shown(value)} is out of range: give more than {least:g} and at most "
-                                 f"{most:g}{unit}")
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:
-            raise ValueError(f"seed={shown(self.seed)} is no seed: give a whole number from 0 up")
+            object.__setattr__(self, name, real_number(name, getattr(self, name), above=least, most=most, unit=unit))
+        object.__setattr__(self, "seed", whole_number("seed", self.seed, 0))
 
     @property
     def bulk(self) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from rom.fingertip.shape import shown
+from rom.checks import shown
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -5,7 +5,6 @@ It travels in the address (query string) and in messages (JSON); both ways in en
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 
+from rom.checks import shown
 from rom.fingertip import Fingertip
 from rom.fingertip.mesh import MILLIMETRE
 from rom.metamodels.registry import METHODS
@@ -136,16 +136,16 @@ def from_json(record: Any, limits: Limits) -> State:
         raise ValueError("the state is no JSON object: send forces, frequency, loss_factor, method, quantity, cut")
     for name in record:
         if name not in MEMBERS:
-            raise ValueError(f"the state holds {_shown(name)}, which it does not know: give {', '.join(MEMBERS)}")
+            raise ValueError(f"the state holds {shown(name)}, which it does not know: give {', '.join(MEMBERS)}")
     forces = record.get("forces", [[limits.pad_center, DEFAULT_AMPLITUDE]])
     if not isinstance(forces, (list, tuple)) or not 1 <= len(forces) <= MOST_FORCES:
-        raise ValueError(f"the forces are {_shown(forces)}: give one to {MOST_FORCES} pairs of a pad node and newtons")
+        raise ValueError(f"the forces are {shown(forces)}: give one to {MOST_FORCES} pairs of a pad node and newtons")
     method = record.get("method", DEFAULT_METHOD)
     if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"{_shown(method)} is no method: choose one of {', '.join(METHODS)}")
+        raise ValueError(f"{shown(method)} is no method: choose one of {', '.join(METHODS)}")
     quantity = record.get("quantity", DEFAULT_QUANTITY)
     if not isinstance(quantity, str) or quantity not in QUANTITIES:
-        raise ValueError(f"{_shown(quantity)} is no quantity: choose one of {', '.join(QUANTITIES)}")
+        raise ValueError(f"{shown(quantity)} is no quantity: choose one of {', '.join(QUANTITIES)}")
     found = tuple(_force(one, limits) for one in forces)
     nodes = [node for node, _ in found]
     for node in set(nodes):
@@ -171,12 +171,12 @@ def from_query(query: str, limits: Limits) -> State:
     words: dict[str, str] = {}
     for key, text in pairs:
         if key in words:
-            raise ValueError(f"the address gives {_shown(key)} twice: give it once")
+            raise ValueError(f"the address gives {shown(key)} twice: give it once")
         if key not in _KEYS and key not in PAGE_KEYS:
-            raise ValueError(f"the address holds {_shown(key)}, which the page does not know: it takes "
+            raise ValueError(f"the address holds {shown(key)}, which the page does not know: it takes "
                              f"{', '.join([*_KEYS, *PAGE_KEYS])}")
         if key in PAGE_KEYS and not _PAGE_TEXT.fullmatch(text):
-            raise ValueError(f"{key} is {_shown(text)}: it can only hold numbers and words, 200 letters at most")
+            raise ValueError(f"{key} is {shown(text)}: it can only hold numbers and words, 200 letters at most")
         words[key] = text
     record: dict[str, Any] = {}
     for key, name in _KEYS.items():
@@ -194,7 +194,7 @@ def probe_node(value: Any, limits: Limits) -> int | None:
 
 def _force(pair: Any, limits: Limits) -> tuple[int, float]:
     if not isinstance(pair, (list, tuple)) or len(pair) != 2:
-        raise ValueError(f"a force is {_shown(pair)}: give a pad node and its amplitude in newtons")
+        raise ValueError(f"a force is {shown(pair)}: give a pad node and its amplitude in newtons")
     node = _node("a force's node", pair[0], limits.pad_nodes,
                  f"cannot carry a force: only the {len(limits.pad_nodes)} nodes of the pad can")
     amplitude = _number("a force", pair[1], -AMPLITUDE[1], AMPLITUDE[1], "N")
@@ -205,18 +205,18 @@ def _force(pair: Any, limits: Limits) -> tuple[int, float]:
 
 def _node(name: str, value: Any, allowed: frozenset[int], rule: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"{name} is {_shown(value)}: it must be a whole number")
+        raise ValueError(f"{name} is {shown(value)}: it must be a whole number")
     if value not in allowed:
-        raise ValueError(f"node {_shown(value)} {rule}")
+        raise ValueError(f"node {shown(value)} {rule}")
     return value
 
 
 def _number(name: str, value: Any, low: float, high: float, unit: str) -> float:
     rule = f"it must be a number from {low:g} to {high:g} {unit}".rstrip()
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{name} is {_shown(value)}: {rule}")
+        raise ValueError(f"{name} is {shown(value)}: {rule}")
     if not low <= value <= high:  # NaN too
-        raise ValueError(f"{name} is {_shown(value)}: {rule}")
+        raise ValueError(f"{name} is {shown(value)}: {rule}")
     return float(value) + 0.0  # no negative zero
 
 
@@ -224,7 +224,7 @@ def _cut(value: Any, limits: Limits) -> tuple[str, float] | None:
     if value is None:
         return None
     if not isinstance(value, (list, tuple)) or len(value) != 2 or value[0] not in AXES:
-        raise ValueError(f"the cut is {_shown(value)}: give an axis (x, y or z) and a position in mm, or none")
+        raise ValueError(f"the cut is {shown(value)}: give an axis (x, y or z) and a position in mm, or none")
     return str(value[0]), _number(f"the cut along {value[0]}", value[1], *limits.extent[value[0]], "mm")
 
 
@@ -233,20 +233,20 @@ def _parse_forces(_: str, text: str) -> list[list[float]]:
     for part in text.split(",")[:MOST_FORCES + 1]:
         node, colon, amplitude = part.partition(":")
         if not colon:
-            raise ValueError(f"forces is {_shown(text)}: write NODE:NEWTONS, separated by commas")
+            raise ValueError(f"forces is {shown(text)}: write NODE:NEWTONS, separated by commas")
         pairs.append([_parse_node("forces", node), _parse_number("forces", amplitude)])
     return pairs
 
 
 def _parse_number(key: str, text: str) -> float:
     if not _NUMBER.fullmatch(text):
-        raise ValueError(f"{key} holds {_shown(text)}: write a finite number")
+        raise ValueError(f"{key} holds {shown(text)}: write a finite number")
     return float(text)
 
 
 def _parse_node(key: str, text: str) -> int:
     if not _NODE.fullmatch(text):
-        raise ValueError(f"{key} holds {_shown(text)}: write a node, a whole number of the mesh")
+        raise ValueError(f"{key} holds {shown(text)}: write a node, a whole number of the mesh")
     return int(text)
 
 
@@ -260,13 +260,3 @@ def _parse_cut(key: str, text: str) -> list[Any] | None:
 _PARSERS: dict[str, Any] = {
     "forces": _parse_forces, "f": _parse_number, "eta": _parse_number, "method": lambda _, text: text,
     "quantity": lambda _, text: text, "cut": _parse_cut, "probe": _parse_node}
-
-
-def _shown(value: Any) -> str:
-    """A value in a sentence, never long."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    if isinstance(value, int) and abs(value) >= 10**20:
-        return "a number beyond 1e20"
-    text = repr(value) if isinstance(value, (str, int, float, bool, type(None))) else f"of type {type(value).__name__}"
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -33,7 +33,6 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
 }
 """What is asked by default, with settings that suit the small mesh."""
 NETWORKS = ("transformer", "mlp", "mlp-residual", "pole-network")
-LEARNERS = ("pod-galerkin", "pod-regression", *NETWORKS)
 FULL_ORDER = ("direct", "direct-reused")
 SNAPSHOTS = {STATIC: 48, POINT: 64, PATCH: 48}
 SEED = 5

@@ -17,10 +17,6 @@ from rom.stability.level import (
     tissue_change,
 )
 
-BY_MATRICES = (*FULL_ORDER, "modal-krylov", "superposition")
-"""Methods whose answers follow from the matrices alone."""
-
-
 LOCKING = 0.25
 """Difference of full integration to B-bar that is right: at Poisson's ratio 0.3, where nothing locks, the two differ by
 about 0.2 on the atlas's coarse mesh."""

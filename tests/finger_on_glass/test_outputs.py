@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis.contact_outputs import receptor_strain, smoothed, stretches
 
-from rom.finger_on_glass.outputs import plate_profile, receptor_strain, smoothed, stretches
+from rom.finger_on_glass.observation import along_plate
 
 GRADIENT = np.array([[1.1, 0.2], [-0.1, 0.95]])
 
@@ -60,10 +61,17 @@ def test_impossible_depths_are_refused(coarse, depth):
         receptor_strain(finger, finger.at_rest(), depth)
 
 
+def profile(finger, seen):
+    """Position [mm], pressure and shear [MPa] of the skin nodes over the half that faces the plate."""
+    order = along_plate(seen.pressure)
+    skin = finger.mesh.skin_nodes[order]
+    return finger.mesh.nodes[skin, 0] + seen.state.displacement[skin, 0], seen.pressure[order], seen.shear[order]
+
+
 def test_profiles_hold_the_contact(walked):
     finger, answer, _ = walked
     for o in answer.observations[4:]:
-        x, pressure, shear = plate_profile(finger, o)
+        x, pressure, shear = profile(finger, o)
         assert (pressure > 0).sum() == o.touching
         touching = pressure > 0
         # the edges are fitted: within half an interval of the last nodes that touch, or between them and the next
@@ -77,7 +85,7 @@ def test_pressing_is_symmetric_and_its_shear_skew(walked):
     finger, answer, _ = walked
     if finger.tissue.variant == "random":
         return
-    x, pressure, shear = plate_profile(finger, answer.observations[4])
+    x, pressure, shear = profile(finger, answer.observations[4])
     assert np.abs(x + x[::-1]).max() < 1e-4
     assert np.abs(pressure - pressure[::-1]).max() < 1e-3 * pressure.max()
     assert np.abs(shear + shear[::-1]).max() < 1e-3 * pressure.max()

@@ -46,9 +46,10 @@ def test_seed_decides_the_random_fibres():
 
 
 @pytest.mark.parametrize(("changes", "words"), [
-    ({"variant": "spiral"}, "choose from radial"), ({"c": 0.0}, "more than 0"), ({"k1": -1.0}, "out of range"),
-    ({"k2": float("nan")}, "out of range"), ({"bulk_ratio": 0.5}, "out of range"), ({"seed": 1.5}, "no seed"),
-    ({"seed": -1}, "no seed")])
+    ({"variant": "spiral"}, "choose one of radial"), ({"c": 0.0}, "above 0"),
+    ({"k1": -1.0}, "above 0 and at most 1000"),
+    ({"k2": float("nan")}, "finite number"), ({"bulk_ratio": 0.5}, "above 1"), ({"seed": 1.5}, "whole number"),
+    ({"seed": -1}, "whole number from 0 up")])
 def test_impossible_tissue_is_refused(changes, words):
     with pytest.raises(ValueError, match=words):
         Tissue(**changes)
