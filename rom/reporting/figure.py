@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.reporting import palette, words
 
 if TYPE_CHECKING:

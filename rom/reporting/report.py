@@ -15,7 +15,7 @@ from typing import Any
 
 import xarray as xr
 
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.reporting import bounds, cost, fields, full_scale, html, inputs, measured, positions, tables
 from rom.reporting.choices import choice_table
 from rom.reporting.conclusions import conclusions, failures

@@ -278,7 +278,7 @@ class Results:
     @property
     def partial(self) -> str:
         """What an answer consists of where the whole is not wanted."""
-        return self.text("partial_output", "part that is wanted")
+        return self.text("partial_output") or "part that is wanted"
 
     @cached_property
     def inputs(self) -> list[Input]:
