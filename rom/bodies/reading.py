@@ -106,7 +106,7 @@ def _body(sources: Sources, regions: dict[str, sp.csr_array], matrices: dict[str
         raise ValueError("the whole diagonal of the stiffness is negative, so it is stored with the other sign: give "
                          f"stiffness='-{sources.last['stiffness']}'")
     labels = sources.found.labels
-    names = sources.found.names if labels is None else dof_names(labels)
+    names = sources.found.names if labels is None else dof_names(labels, sources.found.given)
     if names is None:
         names = np.arange(stiffness.shape[0])
     grid = None if mesh is None else _grid(Path(mesh), labels, len(names), notes)
@@ -136,15 +136,17 @@ def _body(sources: Sources, regions: dict[str, sp.csr_array], matrices: dict[str
                 dof_names=names[keep], grid=grid, name=name, origin=sources.origin() | {"notes": notes})
 
 
-def dof_names(labels: np.ndarray) -> np.ndarray:
-    """``"17 z"`` for (17, 3): node and component; a scalar point's is its number alone.
+def dof_names(labels: np.ndarray, given: Mapping[int, str]) -> np.ndarray:
+    """``"17 z"`` for (17, 3): node and component; a scalar point's is its number alone, a named node's its name.
 
     Parameters
     ----------
     labels : (n, 2) ndarray of int
+    given : mapping of str
+        Names of nodes that stand for something else.
     """
-    return np.array([f"{node}" if component == 0 else f"{node} {component_name(component)}"
-                     for node, component in labels.tolist()])
+    return np.array([given[node] if node in given else f"{node}" if component == 0
+                     else f"{node} {component_name(component)}" for node, component in labels.tolist()])
 
 
 def component_name(number: int) -> str:

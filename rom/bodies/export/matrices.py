@@ -105,7 +105,8 @@ def _abaqus(body: Body, matrices: dict[str, sp.csr_array], path: Path) -> list[P
     labels, given = numbered(body.dof_names)
     labels[labels[:, 1] == 0, 1] = 1  # Abaqus has no scalar points: a node of one degree of freedom
     files, assembled = [], []
-    lines = [f"** {body.name}", *(f"** node {node} is {name}" for name, node in given.items())]
+    head = [f"** {body.name}", *(f"** node {node} is {name}" for name, node in given.items())]
+    lines = [*head]
     for role, title, word in (("stiffness", "STIF", "STIFFNESS"), ("mass", "MASS", "MASS"),
                               ("viscous", "DMPV", "VISCOUS DAMPING"), ("loss", "DMPS", "STRUCTURAL DAMPING")):
         if role not in matrices:
@@ -114,7 +115,7 @@ def _abaqus(body: Body, matrices: dict[str, sp.csr_array], path: Path) -> list[P
         lower = sp.coo_array(sp.tril(matrices[role]))
         rows = [f"{labels[i, 0]},{labels[i, 1]}, {labels[j, 0]},{labels[j, 1]}, {value:.16e}"
                 for i, j, value in zip(lower.row, lower.col, lower.data, strict=True)]
-        files.append(_write(file, rows))
+        files.append(_write(file, [*head, *rows]))
         lines.append(f"*MATRIX INPUT, NAME={title}, TYPE=SYMMETRIC, INPUT={file.name}")
         assembled.append(f"{word}={title}")
     lines.append("*MATRIX ASSEMBLE, " + ", ".join(assembled))
