@@ -33,10 +33,13 @@ def protocol(found: Results) -> Iterator[str]:
            else "Settings that a sentence or a table picks as the cheapest or the best were picked by the held-out "
                 "errors that stand beside them, which flatters them a little; those that stand for their methods were "
                 "not.")
-    yield ("Times: wall clock in nanoseconds (`perf_counter_ns`) after a warm-up, methods interleaved, the median of "
-           f"{words.plural(found.data.sizes['repeat'], 'repeat')}; speed-ups are ratios of medians, over the fastest "
-           "method that solves the full model at the same work. Inputs and outputs are the same for every method, "
-           "reconstruction and copies included; what users call, `predict` with labels, is told apart.")
+    yield ("Times: wall clock in nanoseconds (`perf_counter_ns`), methods interleaved, the median of "
+           f"{words.plural(found.data.sizes['repeat'], 'repeat')}, each right after a call of the same method"
+           + ("; calls after all other methods ran (cold) and the very first ones are told apart."
+              if "cold_seconds" in found.data else "."))
+    yield ("Speed-ups are ratios of medians, over the fastest method that solves the full model at the same work. "
+           "Inputs and outputs are the same for every method, reconstruction and copies included; what users call, "
+           "`predict` with labels, is told apart.")
     sizes = found.per_entry("batch_size")
     known = np.unique(sizes[np.isfinite(sizes)]).astype(int)
     if len(known):
@@ -50,6 +53,8 @@ def protocol(found: Results) -> Iterator[str]:
     if fewer:
         yield (f"Errors of {words.listed(fewer)} are over fewer held-out cases than the others'; the table of methods "
                "says how many.")
+    if found.number("n_ended") > 0:
+        yield f"{words.plural(int(found.number('n_ended')), found.noun)} of the truth ended early."
     if found.regions:
         yield f"The {found.splits[-1]} split keeps from training: {'; '.join(found.regions)}."
 

@@ -15,15 +15,18 @@ from rom.reporting.results import Results
 
 def headline_table(found: Results) -> Iterator[str]:
     """One row a method: errors on each split, times, preparation, size."""
+    offline, size, call = found.per_entry("offline_seconds"), found.per_entry("model_bytes"), found.seconds("call")
+    cold, first = found.per_entry("cold_seconds"), found.per_entry("first_seconds")
+    told_cold = bool(np.isfinite(cold).any())
     head = [html.named("method", "setting"),
             *(html.named(f"error, {split}", "max / p95 / median") for split in found.splits), *_time_heads(found),
-            html.named("through predict", "with labels"), html.named("offline"), html.named("size"),
-            html.named("pays back", "after answers")]
-    offline, size, call = found.per_entry("offline_seconds"), found.per_entry("model_bytes"), found.seconds("call")
+            html.named("through `predict`", "with labels"), *([html.named("cold", "first ever")] if told_cold else []),
+            html.named("offline"), html.named("size"), html.named("pays back", "after answers")]
     rows = []
     for i in map(found.headline, found.methods):
         rows.append(("", [_name(found, i), *(_error(found, i, split) for split in found.splits), *_times(found, i),
                           html.cell(words.seconds(call[i]), words.ratio(found.speedup("call")[i])),
+                          *([html.cell(words.seconds(cold[i]), words.seconds(first[i]))] if told_cold else []),
                           html.cell(words.seconds(offline[i])), html.cell(words.size(size[i])),
                           html.cell(words.NONE if found.method[i] in found.solvers
                                     else words.count(found.break_even[i]))]))
