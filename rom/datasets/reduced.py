@@ -22,6 +22,7 @@ from xarray.core import indexing
 from rom.datasets.schema import check_schema
 from rom.datasets.storage import loaded, open_netcdf, reading
 from rom.errors import SchemaError
+from rom.fullorder.poles import Poles
 from rom.scenes import CaseArrays
 from rom.scenes.complex_parts import decode_complex
 from rom.scenes.labelled_cases import LoadLabels, numbers
@@ -133,9 +134,9 @@ class ReducedField:
         own : (k, p) ndarray, complex [J^1/2]
         """
         load, force = self.load[cases], self.force[cases, None]
-        stiffness, inertia = self.stiffness[cases, None], self.inertia[cases, None]
-        return (self.participation[load] * force / (self.eigenvalue * stiffness - inertia),
-                self.share[load] * force / (stiffness - inertia * self.theta[load]))
+        point = self.stiffness[cases, None], self.inertia[cases, None]
+        return (Poles.of_modes(self.eigenvalue).at(self.participation[load] * force, *point),
+                Poles.of_vectors(self.theta[load]).at(self.share[load] * force, *point))
 
     def fields(self, cases) -> np.ndarray:
         """(k, n_free) ndarray, complex [m]: displacement of the cases (k,) at the free degrees of freedom."""

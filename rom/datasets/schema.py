@@ -50,6 +50,7 @@ def dataset_attributes(scene: Scene) -> dict[str, str]:
     """Attributes by which a file is recognised and tied to its scene."""
     return {
         "Conventions": CONVENTIONS, "schema_version": SCHEMA_VERSION, "title": scene.title, "scene": scene.name,
+        "inputs": " ".join(one.name for one in scene.inputs if one.default is None),
         "scene_parameters": scene.to_json(), "scene_hash": scene.content_hash}
 
 
@@ -68,7 +69,8 @@ def check_schema(data: xr.Dataset, source: str) -> None:
     if version != SCHEMA_VERSION or "path" in data.dims:
         raise SchemaError(f"{source} has schema version {'1.0' if 'path' in data.dims else version}, this software "
                           f"reads {SCHEMA_VERSION}: make the dataset again with `rom dataset`")
-    missing = [name for name in ("displacement",) if name not in data.variables]
+    wanted = (*data.attrs.get("inputs", "").split(), "displacement")
+    missing = [name for name in wanted if name not in data.variables]
     missing += ["the dimension case"] if "case" not in data.dims else []
     if missing:
         raise SchemaError(f"{source} lacks {', '.join(missing)}: make the dataset again with `rom dataset`")

@@ -23,7 +23,7 @@ import xarray as xr
 from threadpoolctl import threadpool_limits
 
 from rom.cache import cached_path
-from rom.checks import whole_number
+from rom.checks import shown, whole_number
 from rom.datasets.pieces import pieces_of
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.splits import split_variables
@@ -127,6 +127,9 @@ def _make(scene: Scene, arrays: Any, cases: xr.Dataset, path: str | Path | None,
     """Solve the pieces that are missing, then assemble them."""
     if workers is not None:
         whole_number("workers", workers, 1, 1024)
+        if scheduler is not None and workers > 1:
+            raise ValueError(f"workers={workers} cannot be: the scheduler {shown(scheduler)} has its own; leave "
+                             "one of them out")
     if path is None:
         path = cached_path("datasets", recipe)
         is_intact(path)

@@ -87,9 +87,9 @@ class WholeSet:
                         self.n_within + node * len(self.beyond) + point - inside)
 
 
-def make_whole_dataset(scene: LinearScene, path: str | Path, *, beyond: bool = False, seed: int = 0, modes: int | None = None,
-                       vectors: int | None = None, precision: str = "float64", confirm: int = 304,
-                       progress: Progress = iter) -> Path:
+def make_whole_dataset(scene: LinearScene, path: str | Path, *, beyond: bool = False, seed: int = 0,
+                       modes: int | None = None, vectors: int | None = None, precision: str = "float64",
+                       confirm: int = 304, progress: Progress = iter) -> Path:
     """Make every case of the published harmonic grid, verified and stored reduced; resumable.
 
     Parameters
@@ -158,8 +158,8 @@ def find_whole(scene: LinearScene, *, beyond: bool, seed: int, progress: Progres
 
 # ---- direct solves beside -------------------------------------------------------------------------------------
 
-def _confirm(scene: LinearScene, modes: Modes, whole: WholeSet, files: list[Path], count: int, seed: int, precision: str,
-             path: Path) -> None:
+def _confirm(scene: LinearScene, modes: Modes, whole: WholeSet, files: list[Path], count: int, seed: int,
+             precision: str, path: Path) -> None:
     """Solve random cases directly, several nodes to one factorization, and keep the errors."""
     start = time.perf_counter()
     rng = np.random.default_rng([seed, 24])

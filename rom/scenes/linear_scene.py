@@ -15,12 +15,13 @@ from rom.bodies import Body, Grid, Loads
 from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
-from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, finite
+from rom.scenes.cases import CaseArrays
 from rom.scenes.inputs import Quantity
-from rom.scenes.labelled_cases import LoadLabels, check_cases, numbers
+from rom.scenes.labelled_cases import LoadLabels
 from rom.scenes.labels import positions
-from rom.scenes.population import Population, RangePopulation
-from rom.scenes.question import PHASE, Question, default_question
+from rom.scenes.linear_labels import label_cases, read_cases
+from rom.scenes.population import CASES_PER_POINT, Population, RangePopulation
+from rom.scenes.question import Question, default_question
 from rom.scenes.scene import Answers, Scene
 
 RESIDUAL_LIMIT = 1e-10
@@ -140,7 +141,7 @@ class LinearScene(Scene):
 
     def not_spatial(self) -> str | None:
         """Why a method that interpolates over the places of loads does not apply, or None."""
-        return None if self.asked.spatial else "interpolates over places and normals of loads, which this scene's have not"
+        return None if self.asked.spatial else "interpolates over places and normals, which this scene's loads have not"
 
     @property
     def band_hz(self) -> float:
@@ -161,26 +162,11 @@ class LinearScene(Scene):
     # ---- labels in ------------------------------------------------------------------------------------------
 
     def read(self, cases: xr.Dataset) -> CaseArrays:
-        check_cases(cases, self.name, [one.name for one in self.inputs if one.default is None],
-                    [one.name for one in self.inputs if one.default is not None])
-        self.check_origin(cases, "the batch of cases", required=False)
-        column, force = self._load_labels.forces(cases, unit=self.asked.amplitude.unit)
-        present = column != NO_FORCE
-        if not present.any(axis=1).all():
-            raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one load")
-        force = finite(force, "force_amplitude", "N")
-        if self.asked.phases:
-            phase = numbers(cases, PHASE.name, PHASE.dims, PHASE.unit, PHASE.default)
-            force = force * np.exp(1j * finite(np.where(present, phase, 0.0), PHASE.name, PHASE.unit))
-        points = {}
-        for one in self.asked.points:
-            points[one.name] = finite(numbers(cases, one.name, one.dims, one.unit, one.default), one.name, one.unit)
-            if (points[one.name] < 0).any():
-                raise ValueError(f"{one.name} {points[one.name].min():g} is negative: give zero or more")
-        return CaseArrays(np.where(present, column, 0), force, **points)
+        return read_cases(self, cases)
 
     @cached_property
-    def _load_labels(self) -> LoadLabels:
+    def load_labels(self) -> LoadLabels:
+        """From labels to columns of the unit loads."""
         return LoadLabels(self.loads.labels)
 
     def load_index(self, *labels: Any) -> int:
@@ -192,27 +178,12 @@ class LinearScene(Scene):
             Where no load has them.
         """
         given = xr.Dataset({name: ("case", [label]) for name, label in zip(self.loads.labels, labels, strict=True)})
-        return int(self._load_labels.columns(given)[0, 0])
+        return int(self.load_labels.columns(given)[0, 0])
 
     # ---- labels out -----------------------------------------------------------------------------------------
 
     def cases_from(self, cases: CaseArrays) -> xr.Dataset:
-        present = cases.force != 0.0
-        data: dict[str, Any] = {}
-        for one in self.asked.loads:
-            values = self.loads.labels[one.name]
-            words = values.dtype.kind in "UO"
-            shown = np.where(present, values[cases.node], NO_WORD if words else NO_FORCE)
-            data[one.name] = (one.dims, shown if words else shown.astype(np.int32), {
-                **one.attributes, **({} if words else {"missing_force": NO_FORCE})})
-        data["force_amplitude"] = (("case", "force"), np.abs(cases.force) if self.asked.phases else cases.force,
-                                   self.asked.amplitude.attributes)
-        if self.asked.phases:
-            data["force_phase"] = (PHASE.dims, np.angle(cases.force), PHASE.attributes)
-        for one in self.asked.points:
-            data[one.name] = ("case", getattr(cases, one.name), one.attributes)
-        return xr.Dataset(data, coords={"case": ("case", np.arange(len(cases)), {"long_name": "case", "units": "1"})},
-                          attrs={"scene": self.name, "scene_hash": self.content_hash})
+        return label_cases(self, cases)
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:  # type: ignore[override]
@@ -243,7 +214,7 @@ class LinearScene(Scene):
     def _whole_coordinates(self) -> dict[str, tuple]:
         if self.grid is None:
             return {"dof": ("dof", self.body.dof_names, {"long_name": "degree of freedom"})}
-        return self._at_nodes(np.arange(self.grid.n_node))
+        return self.grid.coordinates(np.arange(self.grid.n_node))
 
     @cached_property
     def _part_coordinates(self) -> dict[str, tuple]:
@@ -251,16 +222,7 @@ class LinearScene(Scene):
             return {"dof": ("dof", self.body.dof_names[self.part_rows], {"long_name": "degree of freedom"})}
         count = len(self.grid.components)
         places = self.grid.free[self.part_rows].reshape(-1, count)
-        return self._at_nodes(places[:, 0] // count)
-
-    def _at_nodes(self, node: np.ndarray) -> dict[str, tuple]:
-        grid = self.grid
-        assert grid is not None
-        return {
-            "node": ("node", grid.node_names[node], {"long_name": "mesh node", "units": "1"}),
-            "component": ("component", list(grid.components), {"long_name": "component of the displacement"}),
-            **{f"node_{axis}": ("node", grid.nodes[node, i], {"long_name": text, "units": "m"})
-               for i, (axis, text) in enumerate(zip("xyz", grid.axes, strict=False))}}
+        return self.grid.coordinates(places[:, 0] // count)
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""
@@ -307,6 +269,15 @@ class LinearScene(Scene):
         _, inverse = np.unique(points, axis=0, return_inverse=True)
         order = np.argsort(inverse, kind="stable")
         return np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)
+
+    def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
+        chosen = (rows // CASES_PER_POINT) % every == 0  # neighbours in the sampling share an operating point
+        return chosen if chosen.any() else np.ones(len(rows), dtype=bool)
+
+    @property
+    def solver(self) -> str:  # type: ignore[override]
+        kind = "complex" if self.harmonic else "real"
+        return f"{self.model.backend}, {kind} symmetric, symbolic phase reused"
 
     def pieces(self, cases: CaseArrays) -> list[np.ndarray]:
         """Whole groups gathered into pieces of about PIECE_CASES cases; a larger group is cut."""

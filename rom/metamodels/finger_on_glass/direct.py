@@ -11,8 +11,8 @@ from rom.metamodels.finger_on_glass.glass import joined_reasons, not_on_glass
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.validity import Assessment
 from rom.scenes import Answers, Scene
-from rom.scenes.finger_on_glass import FingerOnGlass
-from rom.scenes.path_answers import solve_path, wanted, warm_up
+from rom.scenes.finger_on_glass import FingerOnGlass, warm_up
+from rom.scenes.path_answers import solve_path, wanted
 from rom.scenes.paths import PathArrays
 
 
@@ -22,6 +22,7 @@ class PathDirect(Metamodel):
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "follows the whole path with the full-order model, strictly converged"
     colour: ClassVar[str] = "#000000"
+    full_order: ClassVar[bool] = True
     slow: ClassVar[int] = 16
 
     @classmethod

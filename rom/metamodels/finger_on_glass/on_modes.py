@@ -43,7 +43,7 @@ class OnModes(Metamodel):
     rank : int, optional
         Number of displacement modes of each variant; None: all that the training paths span.
     registration : {"auto", "slip", "none"}
-        Whether travel is counted in shares of that at which the finger slips (`rom.metamodels.finger_on_glass.registration`);
+        Whether travel is counted in shares of that at which the finger slips (see ``registration.py`` beside);
         ``auto``: for each variant what does better on training paths held back in turn.
     """
 

@@ -17,9 +17,9 @@ import numpy as np
 from rom.datasets import read_dataset, select
 from rom.datasets.reduced import is_reduced
 from rom.datasets.storage import open_netcdf
+from rom.datasets.tensors import read_attributes
 from rom.errors import NoWeightsError, SchemaError
 from rom.files import check_output, only_writer
-from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.network import Network
 from rom.metamodels.networks.sizes import settings_of_size, weights_path
 from rom.metamodels.registry import create, load

@@ -13,7 +13,7 @@ from safetensors.numpy import save_file
 from rom.errors import SchemaError
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import load, metamodel_class
-from rom.metamodels.networks.files import REQUIRED, read_attributes, read_weights, write_weights
+from rom.datasets.tensors import REQUIRED, read_attributes, read_weights, write_weights
 from rom.scenes import get_scene
 
 
@@ -38,7 +38,7 @@ def test_loaded_network_answers_the_same(saved):
 
 def test_attributes_are_read_without_torch(saved):
     _, model, path = saved
-    code = ("import sys; from rom.metamodels.networks.files import read_attributes; "
+    code = ("import sys; from rom.datasets.tensors import read_attributes; "
             f"assert read_attributes({str(path)!r})['method'] == {model.name!r}; sys.exit('torch' in sys.modules)")
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
