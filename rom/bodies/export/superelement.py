@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
@@ -127,9 +128,15 @@ def interface_error(body: Body, superelement: Superelement, frequency: ArrayLike
 
 def _checks(found: Superelement, top: float) -> np.ndarray:
     """Frequencies up to ``top`` where an error of the superelement would show [Hz]."""
-    resonances = found.body.model.natural_modes(below_hz=top).frequency_hz
-    some = resonances[np.unique(np.linspace(0, len(resonances) - 1, min(len(resonances), MOST_RESONANCES)).astype(int))]
-    return np.concatenate([top * np.linspace(1 / CHECKS, 1, CHECKS), some[some > 0]])
+    even = top * np.linspace(1 / CHECKS, 1, CHECKS)
+    stiffness, mass = found.body.model.stiffness.toarray(), found.body.model.mass.toarray()
+    shift = (2 * math.pi * top) ** 2  # with it the pencil is definite, however the body is held
+    inverse = scipy.linalg.eigh(mass, stiffness + shift * mass, eigvals_only=True)
+    square = 1 / inverse[inverse * 2 * shift >= 1] - shift
+    resonances = np.sqrt(np.maximum(square, 0)) / (2 * math.pi)
+    resonances = resonances[resonances > even[0] / CHECKS]
+    some = np.linspace(0, len(resonances) - 1, min(len(resonances), MOST_RESONANCES))
+    return np.concatenate([even, resonances[np.round(some).astype(int)]])
 
 
 def _reduced(body: Body, kept: np.ndarray, inside: np.ndarray, constraint: np.ndarray, interior: SecondOrderModel,
