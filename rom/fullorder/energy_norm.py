@@ -56,12 +56,11 @@ class EnergyNorm:
     def __init__(self, model: SecondOrderModel) -> None:
         self.model = model
         self.diagonal: Floats = model.stiffness.diagonal()
-        self.has_mass = model._mass is not None
         self.row_length = int(max(np.diff(matrix.indptr).max() for matrix in self._matrices))
 
     @property
     def _matrices(self) -> list[sp.csr_array]:
-        return [self.model.stiffness, *([self.model.mass] if self.has_mass else [])]
+        return [self.model.stiffness, *([self.model.mass] if self.model.has_mass else [])]
 
     @cached_property
     def _long(self) -> list[sp.csr_array]:
@@ -79,7 +78,7 @@ class EnergyNorm:
     @cached_property
     def mass_spread(self) -> float:
         """rho of M in units of D [s^2]."""
-        return self.spread_of(self.model.mass) if self.has_mass else 0.0
+        return self.spread_of(self.model.mass) if self.model.has_mass else 0.0
 
     def spread_of(self, matrix: sp.csr_array) -> float:
         """rho of any matrix, in units of D."""

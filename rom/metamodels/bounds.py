@@ -65,8 +65,10 @@ span X is l / sqrt(1 - kappa_K) at most. []
 
 **5. Sums of stored fields.** If ``u_hat_i`` is the sum of N products y_k v_k,i in a precision of unit roundoff u_p, in any
 order, it differs from the exact sum by at most gamma_(N+2) sum ``|y_k| |v_k,i|``, and fields with ``|e_i| <= g_i`` have
-``||e||^2 <= sum_i g_i^2 sum_j |K_ij|`` (from ``2 |K_ij e_i e_j| <= |K_ij| (e_i^2 + e_j^2)``). In single precision numbers
-may underflow besides: coefficients and products lose at most h = 2^-149 each, h (N + sum ``|v_k,i|``) in an entry.
+``||e||^2 <= sum_i g_i^2 sum_j |K_ij|`` (from ``2 |K_ij e_i e_j| <= |K_ij| (e_i^2 + e_j^2)``). Summed in double and rounded
+to single precision once, it errs by ``u_p |u_hat_i|`` besides, and ``u_hat^H diag(sum_j |K_ij|) u_hat`` is a form of the y_k.
+What single precision took from the stored fields is measured, and its energy a form as well. In single precision numbers
+may underflow: coefficients and products lose at most h = 2^-149 each, h (N + sum ``|v_k,i|``) in an entry.
 
 Everything else is arithmetic: which residual a method leaves, and what its numbers are worth in floating point, stands with
 the method (:mod:`rom.metamodels.residual_bound`, :mod:`rom.metamodels.modal_bound`, :mod:`rom.metamodels.superposition`).
@@ -162,20 +164,19 @@ def eigenvalue_bound(shift: float, count_error: float, eigenvalue: np.ndarray, k
     return float((1.0 - 8 * UNIT) / inverse)
 
 
-def underflow(precision: str, terms: int, sizes: Any, grain: float) -> Any:
-    """Energy norm of what underflow may take from sums of stored fields (theorem 5); 0 in double precision.
+def underflow(sizes: Any, grain: float, terms: int = 1) -> Any:
+    """Energy norm of what underflow may take from sums in single precision (theorem 5).
 
     Parameters
     ----------
-    precision : {"float64", "float32"}
-    terms : int
-        N.
     sizes : (n_case,) ndarray
         Sum of the fields' `rounding_size`.
     grain : float
         `rounding_size` of a field of ones.
+    terms : int
+        N; one where the sum is rounded to single precision at its end alone.
     """
-    return 0.0 if precision == "float64" else 2.0 ** -149 * (terms * grain + sizes)
+    return 2.0 ** -149 * (terms * grain + sizes)
 
 
 def rounding_size(stiffness: sp.sparray, fields: np.ndarray) -> np.ndarray:

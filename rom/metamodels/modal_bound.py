@@ -20,6 +20,7 @@ makes of the stored shapes and of the sum comes last (theorem 5).
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
@@ -32,6 +33,10 @@ from rom.metamodels.energy_form import EnergyForm, merged
 from rom.metamodels.mode_split import STEPS, ModeSplit
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays
+
+
+UNIT_SINGLE = 2.0 ** -24 * (1.0 + 2.0 ** -20)
+"""Unit roundoff of single precision, of a number that was itself rounded to double."""
 
 
 class OwnDefects:
@@ -47,8 +52,8 @@ class OwnDefects:
         Bounds of ``||h||*``, rounding of coordinates included as far as it grows with omega^2.
     size : (n_load, p) ndarray
         `rounding_size` of each stored vector.
-    loss : (n_load, p) ndarray
-        Energy norm of what single precision took from it; 0 in double.
+    single : (n_load, 2, p, p) ndarray
+        See :func:`single_forms`; empty in double precision.
     next : EnergyForm
         Of the vectors n_j.
     leak : (n_load,) ndarray
@@ -58,13 +63,13 @@ class OwnDefects:
     stored: ClassVar[tuple[Stored, ...]] = (
         Stored("norm", ("load", "vector"), "bound of the energy norm"),
         Stored("defect", ("load", "vector"), "bound of the defect", "s2"),
-        Stored("size", ("load", "vector"), "rounding size"), Stored("loss", ("load", "vector"), "lost in storage"),
+        Stored("size", ("load", "vector"), "rounding size"), Stored("single"),
         Stored("leak", ("load",), "share of the next vector along the modes"), Stored("next", part=EnergyForm))
 
     norm: np.ndarray
     defect: np.ndarray
     size: np.ndarray
-    loss: np.ndarray
+    single: np.ndarray
     leak: np.ndarray
     next: EnergyForm
 
@@ -81,7 +86,7 @@ class ModalBound:
         Stored("rest_leak", ("load",), "share of the loads' rests along the modes", "J0.5 N-1"),
         Stored("load_size", ("load",), "bound of the load's K^-1 norm", "J0.5 N-1"),
         Stored("modal_size", ("load",), "bound of the modal part's K^-1 norm", "J0.5 N-1"),
-        Stored("size", ("mode",), "rounding size", "J0.5 kg-0.5 m-1"), Stored("loss", ("mode",), "lost in storage"),
+        Stored("size", ("mode",), "rounding size", "J0.5 kg-0.5 m-1"), Stored("single"),
         Stored("grain", (), "rounding size of a field of ones"))
 
     split: ModeSplit
@@ -92,7 +97,7 @@ class ModalBound:
     load_size: np.ndarray
     modal_size: np.ndarray
     size: np.ndarray
-    loss: np.ndarray
+    single: np.ndarray
     grain: float
 
     @classmethod
@@ -131,7 +136,7 @@ class ModalBound:
                           + split.mass_deviation * np.sqrt(participation ** 2 @ theta)) * SUMS
         self.rest = EnergyForm.of(energy, rest)
         self.size = rounding_size(energy.model.stiffness, stored)
-        self.loss = storage_loss(energy, stored, modes.shape.T)
+        self.single = single_forms(energy, stored, modes.shape.T)
         self.grain = float(np.sqrt(abs(energy.model.stiffness).sum()))
         return self
 
@@ -148,8 +153,8 @@ class ModalBound:
             n_j.
         """
         own = OwnDefects()
-        n_load, p, n = vectors.shape
-        own.norm, own.defect, own.loss = (np.empty((n_load, p)) for _ in range(3))
+        n_load, p = vectors.shape[:2]
+        own.norm, own.defect = np.empty((n_load, p)), np.empty((n_load, p))
         own.size = rounding_size(energy.model.stiffness, stored)
         stiffness, mass = energy.matrices()
         next_image, next_size = stiffness @ following.T, energy.size(following)
@@ -165,7 +170,7 @@ class ModalBound:
             own.defect[load] += UNIT * (STEPS * theta[load] * own.norm[load] + (p + 12) * weight * next_norm[load])
             # the rest's response was summed from these vectors
             self.rest_defect[load] += gamma(p + 2) * root * float(np.abs(first[load]) @ size) * SUMS
-            own.loss[load] = storage_loss(energy, stored[load], rows)
+        own.single = np.array([single_forms(energy, *both) for both in zip(stored, vectors, strict=True)])
         along, terms = block_product(np.ascontiguousarray(modes.shape.T), next_image)
         scale = np.sqrt(modes.eigenvalue)
         doubt = (gamma(terms + energy.row_length + 3) * energy.spread + energy.asymmetry) * next_size * np.linalg.norm(
@@ -174,81 +179,100 @@ class ModalBound:
         own.next = EnergyForm.of(energy, following)
         return own
 
-    def bounds(self, cases: CaseArrays, precision: str, modal: np.ndarray, own: OwnDefects | None = None,
-               own_coordinates: np.ndarray | None = None, shares: np.ndarray | None = None
+    def bounds(self, cases: CaseArrays, coordinates: np.ndarray, own: OwnDefects | None = None,
+               own_coordinates: np.ndarray | None = None, share: np.ndarray | None = None
                ) -> tuple[np.ndarray, np.ndarray]:
         """Bound of the error, and least energy norm of the true answer.
 
         Parameters
         ----------
         cases : CaseArrays
-            Their nodes are positions among the loads that were measured.
-        precision : {"float64", "float32"}
-        modal : (n_case, m) ndarray
-            ``|q|``.
+            Their nodes are places among the loads that were measured.
+        coordinates : (n_case, m) ndarray, complex
+            q.
         own : OwnDefects, optional
-        own_coordinates : (n_case, n_force, p) ndarray, optional
-            ``|y|``.
-        shares : (n_case, n_force) ndarray, complex, optional
-            share . y of each force.
+        own_coordinates : (n_case, n_force, p) ndarray, complex, optional
+            y.
+        share : (n_load, p) ndarray, optional
 
         Returns
         -------
         bound, least : (n_case,) ndarray [J^1/2]
         """
         split, node = self.split, cases.node
-        theta, norm, deviation = split.eigenvalue, split.norm, 1.0 + split.stiff_deviation
+        theta, norm, deviation = split.eigenvalue, split.norm, np.sqrt(1.0 + split.stiff_deviation)
         stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
         c, w, force = np.abs(stiffness[:, 0]), inertia[:, 0], np.abs(cases.force)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            modal = np.abs(coordinates)
             beyond, each, coupling, off = split.amplifications(stiffness, inertia)
             kept = each.max(axis=1)
             rounded = STEPS * UNIT * (c * (modal @ (theta * norm)) + w * (modal @ norm))
             summed = (node.shape[1] + 3) * UNIT
-            load = summed * np.einsum("cf,cf->c", force, self.load_size[node])
-            of_modes = summed * np.einsum("cf,cf->c", force, self.modal_size[node])
-            rest_defect = np.einsum("cf,cf->c", force, self.rest_defect[node]) + load
-            small = c * (modal @ split.defect) + rounded + of_modes + rest_defect
+            load, of_modes, missed = (np.einsum("cf,cfk->kc", force, self._of_loads[node]) * [[summed], [summed], [1.0]])
+            missed = missed + load
+            small = c * (modal @ split.defect) + rounded + of_modes + missed
             number = merged(node, cases.force)
             rest_leak = np.einsum("cf,cf->c", np.abs(number), self.rest_leak[node])
             rest_least, rest_most = self.rest.norms(node, number)
-            terms = modal.shape[1] + 2
-            if own is None or own_coordinates is None or shares is None:
+            terms, sizes, stored = modal.shape[1] + 2, self.size.sum(), modal @ self.size
+            single = _forms(self.single, coordinates)
+            if own is None or own_coordinates is None or share is None:
                 main, leak = rest_most, rest_leak
-                stored, lost, sizes = modal @ self.size, modal @ self.loss, self.size.sum()
             else:
-                shares = merged(node, shares)
+                y = np.abs(own_coordinates)
+                shares = merged(node, np.einsum("cfp,cfp->cf", share[node], own_coordinates))
                 main = w * own.next.norms(node, shares)[1]
                 leak = w * np.einsum("cf,cf->c", np.abs(shares), own.leak[node])
-                small += STEPS * UNIT * c * np.einsum("cfp,cfp->c", own_coordinates, own.norm[node])
-                small += w * np.einsum("cfp,cfp->c", own_coordinates, own.defect[node])
-                terms += node.shape[1] * (own_coordinates.shape[2] + 1)
-                stored = modal @ self.size + np.einsum("cfp,cfp->c", own_coordinates, own.size[node])
-                lost = modal @ self.loss + np.einsum("cfp,cfp->c", own_coordinates, own.loss[node])
-                sizes = self.size.sum() + own.size[node].sum(axis=(1, 2))
-            outside, inside = split_error(beyond, kept, coupling, off, main + small, leak + np.sqrt(deviation) * small)
-            bound = np.hypot(np.sqrt(deviation) * inside, outside) + (
-                lost + gamma(terms, KINDS[precision]) * stored + underflow(precision, terms, sizes, self.grain))
+                small += STEPS * UNIT * c * np.einsum("cfp,cfp->c", y, own.norm[node])
+                small += w * np.einsum("cfp,cfp->c", y, own.defect[node])
+                terms += y.shape[1] * (y.shape[2] + 1)
+                stored = stored + np.einsum("cfp,cfp->c", y, own.size[node])
+                sizes = sizes + own.size[node].sum(axis=(1, 2))
+                single = single + sum(_forms(own.single[node[:, j]], own_coordinates[:, j]) for j in range(y.shape[1]))
+            outside, inside = split_error(beyond, kept, coupling, off, main + small, leak + deviation * small)
+            bound = np.hypot(deviation * inside, outside) + gamma(terms) * stored
+            if self.single.size:
+                bound += single + underflow(sizes, self.grain)
             # theorem 4
             answer = np.sqrt((modal * modal) @ theta)
-            along = rest_leak + rounded + of_modes + np.sqrt(deviation) * load
+            along = rest_leak + rounded + of_modes + deviation * load
             tilted = (modal / each) @ split.defect
-            most_outside, most_inside = split_error(beyond, kept, coupling, off, rest_most + rest_defect + tilted,
+            most_outside, most_inside = split_error(beyond, kept, coupling, off, rest_most + missed + tilted,
                                                     answer / kept + along)
             spread = np.maximum(c, np.abs(stiffness[:, 0] - w / split.next_bound)) if split.next_bound > 0 else np.inf
             inner = np.maximum(answer - kept * (along + off * most_inside + coupling * most_outside), 0.0)
-            outer = np.maximum(rest_least - rest_defect - along / np.sqrt(1.0 - split.stiff_deviation) - tilted
+            outer = np.maximum(rest_least - missed - along / np.sqrt(1.0 - split.stiff_deviation) - tilted
                                - coupling * most_inside, 0.0) / spread
             least = np.sqrt((1.0 - split.stiff_deviation) * inner * inner + outer * outer) / SUMS
         bound = np.where(np.isfinite(bound), bound * SUMS, np.inf)
         return bound, np.where(np.isfinite(least), least, 0.0)
 
+    @cached_property
+    def _of_loads(self) -> np.ndarray:
+        return np.stack([self.load_size, self.modal_size, self.rest_defect], axis=1)
 
-KINDS = {"float64": np.float64, "float32": np.float32}
 
+def single_forms(energy: EnergyNorm, stored: np.ndarray, exact: np.ndarray) -> np.ndarray:
+    """(2, k, k) ndarray: squares of what single precision costs a sum of fields (k, n), as forms of its coordinates.
 
-def storage_loss(energy: EnergyNorm, stored: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """(k,) ndarray: energy norm of what storing fields (k, n) in single precision lost of each; 0 in double."""
+    The first is the energy of what storage lost of the fields; the second that of the sum's last rounding, by theorem 5.
+    Empty where fields are stored in double precision.
+    """
+    k = len(exact)
     if stored.dtype == exact.dtype:
-        return np.zeros(len(exact))
-    return energy.norms(stored.astype(float) - exact)[1]
+        return np.empty((0, k, k))
+    stored = stored.astype(float)
+    lost, weight = stored - exact, np.asarray(abs(energy.model.stiffness).sum(axis=1)).ravel()
+    n, size = len(weight), energy.size(lost)
+    forms = np.stack([lost @ energy.image(lost).T, UNIT_SINGLE ** 2 * (stored * weight) @ stored.T])
+    # rounding of an entry counts k times its own place
+    forms[0] += k * energy.inner_doubt * np.diag(size * size)
+    forms[1] += k * gamma(n + 8) * np.diag(forms[1].diagonal())
+    return forms + k * 1e-12 * np.apply_along_axis(np.diag, 1, np.diagonal(forms, axis1=1, axis2=2))
+
+
+def _forms(forms: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
+    """(n_case,) ndarray: sum of the roots of the forms (..., i, k, k) of coordinates (n_case, k)."""
+    square = np.einsum("ck,...ikl,cl->ci", coordinates.conj(), forms, coordinates, optimize=True).real
+    return np.sqrt(np.maximum(square, 0.0)).sum(axis=1)

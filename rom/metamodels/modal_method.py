@@ -12,7 +12,7 @@ import xarray as xr
 from rom.fullorder import Modes
 from rom.fullorder.load_vectors import load_vectors
 from rom.fullorder.poles import Poles, operating_points
-from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
+from rom.metamodels.basis import Basis, check_precision, room
 from rom.metamodels.facts import Needs
 from rom.metamodels.known_loads import KnownLoads
 from rom.metamodels.linear import not_harmonic
@@ -180,46 +180,28 @@ class ModalMethod(Metamodel):
         return Poles.of_vectors(self.theta[place]).at(self.first[place] * np.asarray(force)[..., None], stiffness, inertia)
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
+        from rom.metamodels.field_sums import sum_of_many, sum_of_one
+
         cases, shapes = self.known.placed(cases), self.shapes.rows(outputs)
         modal = self._coordinates(cases)
-        if not self.n_vectors:
-            return combine(modal, shapes, out)
-        own, kind = self.own_shapes.rows(outputs), shapes.dtype
-        stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
-        out = room(out, len(cases), shapes.shape[1], np.result_type(kind, np.complex64))
-        if cases.node.size == 1:  # one case, one force: two reads of m + p rows and nothing else
-            node = cases.node[0, 0]
-            y = self.own_coordinates(cases.node[:, 0], cases.force[:, 0], stiffness, inertia)[0]
-            for plane, q, own_q in ((out.real, modal[0].real, y.real), (out.imag, modal[0].imag, y.imag)):
-                np.add(q.astype(kind) @ shapes, own_q.astype(kind) @ own[node], out=plane[0])
-            return out
-        if cases.node.shape[1] == 1:
-            self._evaluate_by_load(cases, modal, shapes, own, out)
-        else:
+        own = self.own_shapes.rows(outputs) if self.n_vectors else np.empty((0, 0, shapes.shape[1]), shapes.dtype)
+        out = room(out, len(cases), shapes.shape[1], np.result_type(shapes.dtype, np.complex64))
+        of_forces = self._own_of_forces(cases) if self.n_vectors else np.empty((*cases.node.shape, 0), dtype=complex)
+        if len(cases) == 1 or (self.n_vectors and cases.node.shape[1] > 1):
+            node = cases.node if self.n_vectors else cases.node[:, :0]
             for i in range(len(cases)):
-                out[i] = combine(modal[i:i + 1], shapes)[0]
-                for j in range(cases.node.shape[1]):
-                    y = self.own_coordinates(cases.node[i:i + 1, j], cases.force[i:i + 1, j], stiffness[i], inertia[i])
-                    out[i] += combine(y, own[cases.node[i, j]])[0]
+                sum_of_one(modal[i], shapes, of_forces[i], own, node[i], out[i])
+        elif not self.n_vectors:
+            sum_of_many(modal, shapes, np.arange(len(cases)), out)
+        else:
+            # one matrix product a load: the modes stay in cache, each load's own vectors are read once
+            coordinates, node = np.concatenate([modal, of_forces[:, 0]], axis=1), cases.node[:, 0]
+            stack = np.concatenate([shapes, own[0]])
+            order = np.argsort(node, kind="stable")
+            for group in np.split(order, np.flatnonzero(np.diff(node[order])) + 1):
+                stack[len(shapes):] = own[node[group[0]]]
+                sum_of_many(coordinates[group], stack, group, out)
         return out
-
-    def _evaluate_by_load(self, cases: CaseArrays, modal: np.ndarray, shapes: np.ndarray, own: np.ndarray,
-                          out: np.ndarray) -> None:
-        """One matrix product a load: the modes stay in cache, each load's own vectors are read once."""
-        node = cases.node[:, 0]
-        y = self.own_coordinates(node, cases.force[:, 0], *operating_points(cases.frequency, cases.loss_factor))
-        coordinates = np.concatenate([modal, y], axis=1)
-        m, kind = len(shapes), shapes.dtype
-        stack = np.empty((m + own.shape[1], shapes.shape[1]), dtype=kind)
-        stack[:m] = shapes
-        order = np.argsort(node, kind="stable")
-        for group in np.split(order, np.flatnonzero(np.diff(node[order])) + 1):
-            stack[m:] = own[node[group[0]]]
-            for start in range(0, len(group), BLOCK):
-                part = group[start:start + BLOCK]
-                plane = planes(coordinates[part], kind) @ stack
-                for i, row in enumerate(part):  # row by row: contiguous, where an indexed assignment would copy twice
-                    out[row].real, out[row].imag = plane[i], plane[len(part) + i]
 
     def energy_norm(self, cases: CaseArrays) -> np.ndarray:
         """(n_case,) ndarray: ``sqrt(u^H K u)`` of the answer, exact for one force, an upper bound for several."""
@@ -240,12 +222,10 @@ class ModalMethod(Metamodel):
         """Bound of the error, and least energy norm of the true answer, both (n_case,) [J^1/2]."""
         cases = self.known.placed(cases)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            modal = np.abs(self._coordinates(cases))
+            modal = self._coordinates(cases)
             if not self.n_vectors:
-                return self.certificate.bounds(cases, self.settings["precision"], modal)
-            own = self._own_of_forces(cases)
-            shares = np.einsum("cfp,cfp->cf", self.share[cases.node], own)
-            return self.certificate.bounds(cases, self.settings["precision"], modal, self.own_defects, np.abs(own), shares)
+                return self.certificate.bounds(cases, modal)
+            return self.certificate.bounds(cases, modal, self.own_defects, self._own_of_forces(cases), self.share)
 
     def error_bound(self, cases: CaseArrays) -> np.ndarray:
         """Proven bound of the energy norm of the error.
