@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
+from analysis.motion import at_largest_motion
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
@@ -24,7 +25,6 @@ from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import draw_skin
 from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import magnitudes, moving_nodes, sweep_cases
-from rom.vibration.motion import at_largest_motion
 from rom.vibration.published import published
 
 FREQUENCIES = (0.0, 50.0, 100.0, 150.0, 200.0, 250.0)

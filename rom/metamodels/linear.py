@@ -5,8 +5,8 @@ from __future__ import annotations
 from rom.scenes import LinearScene, Scene
 
 NOT_LINEAR = "contact, friction and fibres that carry tension only are no linear system: nothing adds up"
-NO_MODES = ("natural modes belong to a linear system about one state; here contact opens and closes, the skin sticks and "
-            "slips, and fibres stiffen a hundredfold")
+NO_MODES = ("natural modes belong to a linear system about one state; here contact opens and closes, the skin sticks "
+            "and slips, and fibres stiffen a hundredfold")
 
 
 def not_linear(scene: Scene, reason: str = NOT_LINEAR) -> str | None:

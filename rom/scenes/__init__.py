@@ -21,7 +21,8 @@ from rom.scenes.question import Question
 from rom.scenes.scene import Answers, Cases, Scene
 
 __all__ = ["NO_FORCE", "SCENES", "Answers", "CaseArrays", "Cases", "Input", "LinearScene", "Population", "Quantity",
-           "Question", "RangePopulation", "Scene", "get_scene", "quick_scene", "scene_from_json", "scene_names"]
+           "Question", "RangePopulation", "Scene", "get_scene", "quick_scene", "scene_from_json", "scene_names",
+           "scene_options"]
 
 SCENES = {
     "static-point-forces": "rom.scenes.static_point_forces:static_point_forces",
@@ -49,6 +50,11 @@ def _factory(name: Any) -> Callable[..., Scene]:
     return getattr(import_module(module), member)
 
 
+def scene_options(name: str) -> list[str]:
+    """Names of the arguments that a scene is made from: a fingertip, its own options; ValueError for no scene."""
+    return list(inspect.signature(_factory(name)).parameters)
+
+
 def get_scene(name: str, fingertip: Fingertip | None = None, outputs: str = "field", **options: Any) -> Any:
     """The scene called ``name``, on the `metamodel` preset unless a fingertip is given.
 
@@ -71,7 +77,7 @@ def get_scene(name: str, fingertip: Fingertip | None = None, outputs: str = "fie
         For a name that is not a scene, or an option that the scene does not take.
     """
     factory = _factory(name)
-    known = inspect.signature(factory).parameters
+    known = scene_options(name)
     unknown = [option for option in options if option not in known]
     if unknown:
         raise ValueError(f"{name} does not take the option {unknown[0]}: leave it out")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, dataclass, field, fields
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -185,9 +185,9 @@ class FingerOnGlass(Scene):
     # ---- labels in, labels out ------------------------------------------------------------------------------
 
     def read(self, cases: xr.Dataset) -> PathArrays:
-        if isinstance(cases, xr.Dataset):
-            self.check_origin(cases, "the batch of load paths", required=False)
-        return read_paths(cases, self.name)
+        paths = read_paths(cases, self.name)
+        self.check_origin(cases, "the batch of load paths", required=False)
+        return paths
 
     def cases_from(self, cases: PathArrays) -> xr.Dataset:
         return xr.Dataset(label_paths(cases), coords={
@@ -214,7 +214,7 @@ class FingerOnGlass(Scene):
             "skin": ("skin", mesh.skin_nodes, {"long_name": "mesh node on the skin", "units": "1"})}
 
     def label(self, cases: xr.Dataset, answers: Answers, outputs: str | None = None) -> xr.Dataset:
-        answer = self.stripped(cases).assign_coords(self.coordinates())
+        answer = self.stripped(self.batched(cases)).assign_coords(self.coordinates())
         for name, array in answers.items():
             quantity = self.quantities[name]
             answer[name] = (("case", *quantity.dims), array, {**quantity.attributes, **(
@@ -229,8 +229,7 @@ class FingerOnGlass(Scene):
 
     def values(self, answer: xr.Dataset) -> Answers:
         """Every quantity of labelled answers as plain arrays."""
-        return {name: answer[name].transpose("case", *quantity.dims).values for name, quantity in self.quantities.items()
-                if name in answer}
+        return self.plain(answer)
 
     def shape_of(self, name: str) -> tuple[int, ...]:
         """Shape of a quantity beside case and position."""
@@ -266,10 +265,13 @@ class FingerOnGlass(Scene):
     # ---- the truth ------------------------------------------------------------------------------------------
 
     def solve(self, cases: PathArrays) -> tuple[Answers, dict[str, np.ndarray]]:
-        """Paths followed with the full-order model, one after another; see :func:`rom.scenes.path_answers.solve_path`."""
+        """Paths followed with the full-order model, one after another; see `path_answers.solve_path`."""
         found = [solve_path(self, cases, i) for i in range(len(cases))]
         return ({name: np.stack([values[name] for values, _ in found]) for name in self.quantities},
                 {name: np.array([record[name] for _, record in found]) for name in self.record})
+
+    def begin_piece(self) -> None:
+        warm_up()
 
     def errors(self, cases: PathArrays, answers: Answers, truth: Answers) -> dict[str, np.ndarray]:
         """(n_case, n_position) ndarrays: of the displacement, and of the contact as :data:`DEFINITIONS` say."""
@@ -346,3 +348,10 @@ class FingerOnGlass(Scene):
 def _published_k1(variant: np.ndarray) -> np.ndarray:
     """Published fibre stiffness of each variant [Pa]."""
     return PASCAL * np.array([PUBLISHED_K1[name] for name in VARIANTS])[variant]
+
+
+@cache
+def warm_up() -> None:
+    """Compile and load what every path needs, by a path on a coarse section, so that no measured time contains it."""
+    scene = FingerOnGlass(rays=16, layers=2)
+    solve_path(scene, scene.sample(1), 0)

@@ -18,6 +18,8 @@ from rom.checks import shown
 from rom.errors import SchemaError
 from rom.scenes.extent import Extent
 from rom.scenes.inputs import Input, Quantity
+from rom.scenes.labelled_cases import BESIDE
+from rom.scenes.labels import fields, in_order
 
 Answers = dict[str, np.ndarray]
 """By quantity, first axis always ``case``; NaN where an answer was not reached."""
@@ -138,11 +140,40 @@ class Scene(ABC):
 
     @abstractmethod
     def values(self, answer: xr.Dataset) -> Any:
-        """Plain answers of labelled whole ones: the inverse of :meth:`label`."""
+        """Plain answers of labelled whole ones, whatever their order and units: the inverse of :meth:`label`."""
 
     @abstractmethod
     def coordinates(self) -> dict[str, tuple]:
         """Coordinates of whole answers: ids, components, positions."""
+
+    def plain(self, answer: xr.Dataset) -> Answers:
+        """Every quantity of a whole answer in the order of the scene's own labels, in its own unit.
+
+        Raises
+        ------
+        SchemaError
+            For a label that is missing or stands twice, and for another unit.
+        """
+        labels = self._labels
+        return {name: fields(answer, name, {"case": None, **{dim: labels[dim] for dim in quantity.dims}}, quantity.unit)
+                for name, quantity in self.quantities.items() if name in answer}
+
+    def in_order(self, data: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
+        """A dataset with its fields in the scene's own order and units; raises as :meth:`plain`."""
+        return in_order(data, self._labels, {name: (("case", *quantity.dims), quantity.unit)
+                                             for name, quantity in self.quantities.items()}, source)
+
+    def batched(self, cases: xr.Dataset) -> xr.Dataset:
+        """Cases with the dimension ``case``, where one alone was picked by ``isel(case=...)``."""
+        if "case" in cases.dims:
+            return cases
+        mine = {*(one.name for one in self.inputs), *self.quantities, *self.record, *BESIDE}
+        return cases.drop_vars("case", errors="ignore").assign(
+            cases[[name for name in cases.data_vars if name in mine]].expand_dims("case"))
+
+    @property
+    def _labels(self) -> dict[str, np.ndarray]:
+        return {name: np.asarray(entry[1]) for name, entry in self.coordinates().items() if entry[0] == name}
 
     def check_origin(self, data: xr.Dataset, source: str = "the dataset", *, required: bool = True) -> None:
         """Refuse data of another scene, body or mesh.
@@ -161,7 +192,8 @@ class Scene(ABC):
         """
         name, digest = data.attrs.get("scene"), data.attrs.get("scene_hash")
         if name != self.name and (required or name is not None):
-            raise SchemaError(f"{source} belongs to the scene {name!r}, not to {self.name!r}: give one of this scene")
+            raise SchemaError(f"{source} belongs to the scene {shown(name)}, not to {self.name!r}: give one of this "
+                              "scene")
         if digest != self.content_hash and (required or digest is not None):
             raise SchemaError(f"{source} belongs to another body or mesh, or to other loads ({str(digest)[:12]} instead of "
                               f"{self.content_hash[:12]}): make it again for this one")
@@ -235,8 +267,8 @@ class Scene(ABC):
         """The same scene with nothing factorised yet: nobody profits from what another one made."""
         return self
 
-    def begin_piece(self) -> None:
-        """Forget what an earlier piece left that could change the bits of the next one."""
+    def begin_piece(self) -> None:  # noqa: B027  # most models keep nothing that could
+        """Before a piece is solved and timed: forget what could change its bits, make what is made once a process."""
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Plain answers of the judged quantity with the dimensions that a dataset has."""

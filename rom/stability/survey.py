@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.fingertip import Fingertip, MeshDensity
 from rom.fullorder import blas_threads
 from rom.fullorder import threads as solver_threads

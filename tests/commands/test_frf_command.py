@@ -60,7 +60,7 @@ def test_peaks_are_listed_and_long_sweeps_are_thinned(capsys):
     text = capsys.readouterr().out
     assert len(rows(text)) <= 40 and "--output keeps all" in text
     scene = HarmonicPatchForces(Fingertip.preset("study", formulation="full"))
-    first = scene.full_order.natural_modes(count=1).frequency_hz[0]
+    first = scene.model.natural_modes(count=1).frequency_hz[0]
     line = next(line for line in text.splitlines() if line.startswith("peaks, radial-ulnar, loaded"))
     peak = float(line.split(": ")[1].split(" Hz")[0])
     # the first mode is the torsion that a radial-ulnar force drives; its neighbours draw the peak by a little
@@ -85,7 +85,7 @@ def test_files(capsys, tmp_path):
     field = meshio.read(files["--vtu"]).point_data
     for direction, values in zip(DIRECTIONS, truth, strict=True):
         name = f"displacement_{direction}_120_Hz_m_magnitude"
-        moving = field[name][scene.fingertip.free_dofs[::3] // 3]
+        moving = field[name][scene.body.fingertip.free_dofs[::3] // 3]
         np.testing.assert_allclose(moving, magnitudes(values[None])[0], rtol=1e-5)
 
 

@@ -5,19 +5,19 @@ import pytest
 from analysis.participation import coordinates, energy_shares, participation, static_shares
 
 from rom.metamodels import create
-from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
+from rom.scenes import CaseArrays, get_scene
 
 ETA = 0.1
 
 
 @pytest.fixture(scope="module")
 def scene(tiny_tip):
-    return get_scene(HarmonicPatchForces.name, tiny_tip)
+    return get_scene("harmonic-patch-forces", tiny_tip)
 
 
 @pytest.fixture(scope="module")
 def modes(scene):
-    return scene.full_order.natural_modes(count=10)
+    return scene.model.natural_modes(count=10)
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def answers(scene):
 
 
 def test_a_mode_carries_all_of_itself(scene, modes):
-    shares = energy_shares(scene.full_order, modes, modes.shape.T * (1 + 2j))
+    shares = energy_shares(scene.model, modes, modes.shape.T * (1 + 2j))
     np.testing.assert_allclose(shares.strain, np.eye(10), atol=1e-8)  # orthonormality in K and M
     np.testing.assert_allclose(shares.kinetic, np.eye(10), atol=1e-8)
     np.testing.assert_allclose(shares.strain_residual, 0.0, atol=1e-8)
@@ -37,7 +37,7 @@ def test_all_modes_together_leave_nothing(scene):
     # 684 free dofs: the dense eigenproblem gives every mode, and the shares sum to one
     from scipy.linalg import eigh
 
-    model = scene.full_order
+    model = scene.model
     value, shape = eigh(model.stiffness.toarray(), model.mass.toarray())
     load = scene.unit_loads
     energy = ((shape.T @ load) ** 2 / value[:, None]).T
@@ -48,9 +48,9 @@ def test_all_modes_together_leave_nothing(scene):
 
 
 def test_static_shares_are_those_of_the_static_field(scene, modes):
-    field = scene.full_order.solve_static(scene.unit_loads).T
-    shares = energy_shares(scene.full_order, modes, field)
-    share, residual = static_shares(scene.full_order, modes, scene.unit_loads)
+    field = scene.model.solve_static(scene.unit_loads).T
+    shares = energy_shares(scene.model, modes, field)
+    share, residual = static_shares(scene.model, modes, scene.unit_loads)
     np.testing.assert_allclose(shares.strain, share, atol=1e-9)
     np.testing.assert_allclose(shares.strain_residual, residual, atol=1e-9)
 
@@ -58,12 +58,12 @@ def test_static_shares_are_those_of_the_static_field(scene, modes):
 def test_coordinates_are_projections_of_the_direct_answer(scene, modes, answers):
     # phi_k^T M Z^-1 f = phi_k^T f / (lambda_k (1 + i eta) - omega^2), exact for structural damping
     found = coordinates(modes, scene.unit_loads, [80.0, 210.0], ETA).transpose(1, 0, 2).reshape(6, -1)
-    expected = answers @ (scene.full_order.mass @ modes.shape)
+    expected = answers @ (scene.model.mass @ modes.shape)
     np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
 
 
 def test_the_residual_is_the_energy_of_what_is_left(scene, modes, answers):
-    model = scene.full_order
+    model = scene.model
     shares = energy_shares(model, modes, answers)
     left = answers - (answers @ (model.mass @ modes.shape)) @ modes.shape.T
     for matrix, residual in ((model.stiffness, shares.strain_residual), (model.mass, shares.kinetic_residual)):
@@ -82,6 +82,6 @@ def test_mirror_symmetry_decides_which_modes_a_load_can_drive(scene, modes):
 
 def test_what_does_not_fit_is_refused(scene, modes):
     with pytest.raises(ValueError, match="free dofs alone"):
-        energy_shares(scene.full_order, modes, np.ones((2, 5)))
+        energy_shares(scene.model, modes, np.ones((2, 5)))
     with pytest.raises(ValueError, match="case 1 does not move"):
-        energy_shares(scene.full_order, modes, np.stack([modes.shape[:, 0], 0 * modes.shape[:, 0]]))
+        energy_shares(scene.model, modes, np.stack([modes.shape[:, 0], 0 * modes.shape[:, 0]]))

@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from rom.checks import real_number
+from rom.metamodels.facts import Curve
 from rom.metamodels.finger_on_glass.direct import PathDirect
-from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.metamodel import Metamodel
 from rom.scenes import Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
 from rom.scenes.path_answers import solve_path

@@ -7,12 +7,13 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.glass import joined_reasons, not_on_glass
-from rom.metamodels.metamodel import Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.validity import Assessment
 from rom.scenes import Answers, Scene
-from rom.scenes.finger_on_glass import FingerOnGlass
-from rom.scenes.path_answers import solve_path, wanted, warm_up
+from rom.scenes.finger_on_glass import FingerOnGlass, warm_up
+from rom.scenes.path_answers import solve_path, wanted
 from rom.scenes.paths import PathArrays
 
 

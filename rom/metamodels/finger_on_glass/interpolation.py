@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 
 from rom.checks import choice, whole_number
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.finger_on_glass.features import dimensionless
 from rom.metamodels.finger_on_glass.glass import check_learned, not_on_glass
-from rom.metamodels.metamodel import Curve, Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.stored import Stored
 from rom.scenes import Answers, Scene
 from rom.scenes.finger_on_glass import FingerOnGlass

@@ -12,8 +12,8 @@ import numpy as np
 
 from rom.checks import real_number, whole_number
 from rom.datasets.splits import carve_validation
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.on_modes import OnModes
-from rom.metamodels.metamodel import Needs
 from rom.scenes import Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
 

@@ -10,12 +10,13 @@ import xarray as xr
 
 from rom.checks import choice, whole_number
 from rom.finger_on_glass.tissue import VARIANTS
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.features import dimensionless
 from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, not_on_glass
 from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
 from rom.metamodels.finger_on_glass.pod import FIELDS, SCALARS, PathSpace
 from rom.metamodels.finger_on_glass.registration import Registration, slip_onset
-from rom.metamodels.metamodel import Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.stored import Stored
 from rom.scenes import Answers, Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
@@ -43,7 +44,7 @@ class OnModes(Metamodel):
     rank : int, optional
         Number of displacement modes of each variant; None: all that the training paths span.
     registration : {"auto", "slip", "none"}
-        Whether travel is counted in shares of that at which the finger slips (`rom.metamodels.finger_on_glass.registration`);
+        Whether travel is counted in shares of that at which the finger slips (see ``registration.py`` beside);
         ``auto``: for each variant what does better on training paths held back in turn.
     """
 

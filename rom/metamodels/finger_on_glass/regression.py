@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from rom.checks import choice
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
 from rom.metamodels.finger_on_glass.on_modes import STORED, OnModes, restored, stored
-from rom.metamodels.metamodel import Curve, Needs
 from rom.scenes import Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
 
