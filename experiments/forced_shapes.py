@@ -16,10 +16,10 @@ from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset
 from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting import html, words
 from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import draw_skin

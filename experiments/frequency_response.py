@@ -16,12 +16,12 @@ import script
 import xarray as xr
 from frequency_response_figures import DIRECT, ERROR_BAR, draw, hertz
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset
 from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
 from rom.metamodels.metamodel import Metamodel
 from rom.provenance import machine
+from rom.relative import relative_errors
 from rom.reporting import html, palette, words
 from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import (

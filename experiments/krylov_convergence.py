@@ -11,9 +11,9 @@ import script
 import xarray as xr
 from matplotlib.colors import LogNorm
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import solve_cases
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting.figure import Figure, sheet
 from rom.scenes import CaseArrays, get_scene
 

@@ -10,9 +10,8 @@ from pathlib import Path
 import xarray as xr
 
 from rom.commands.progress import bar
-from rom.comparison.side_by_side import QUICK_DENSITY
 from rom.datasets.storage import read_netcdf, write_netcdf
-from rom.fingertip import Fingertip
+from rom.fingertip import PRESETS, Fingertip
 from rom.provenance import stamp
 from rom.reporting import write_index
 from rom.reporting.experiment import write_experiment
@@ -33,7 +32,7 @@ def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
     `study` comes with full integration: so the modal study computed, and so the surfaces were calibrated to it.
     """
     tip = Fingertip.preset(preset, formulation="full" if preset == "study" else "b-bar")
-    return replace(tip, density=QUICK_DENSITY) if quick else tip
+    return replace(tip, density=PRESETS["quick"]) if quick else tip
 
 
 def spoken(tip: Fingertip) -> str:

@@ -15,9 +15,9 @@ import xarray as xr
 from analysis.motion import ellipse_axes, travelling_index
 from several_forces_figures import draw
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting import html, words
 from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
 

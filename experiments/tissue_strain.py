@@ -16,7 +16,6 @@ import script
 import xarray as xr
 from tissue_strain_figures import at, draw, errors_in_vibration, percent
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import solve_cases
 from rom.datasets.schema import dataset_attributes
 from rom.datasets.vtu import write_vtu
@@ -24,6 +23,7 @@ from rom.fingertip import DIRECTIONS, Fingertip, strain
 from rom.fingertip import strain_measures as measures
 from rom.fingertip.anatomy import TISSUES
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting import html, words
 from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
 from rom.scenes.scene import AXES

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rom.comparison.errors import relative_errors
 from rom.errors import SolverError
 from rom.fingertip import strain
 from rom.interactive.engine import SUMMED, SWEEP, Engine
@@ -11,6 +10,7 @@ from rom.interactive.models import Models
 from rom.interactive.state import State
 from rom.metamodels import create
 from rom.metamodels.validity import ValidityWarning
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays
 
 FORCES = 0.1, -0.25, 0.4

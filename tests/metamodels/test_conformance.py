@@ -9,11 +9,11 @@ import xarray as xr
 from conformance import ROWS
 from safetensors.numpy import load_file, save_file
 
-from rom.relative import relative_errors
+from rom.datasets.tensors import read_attributes
 from rom.errors import NotFittedError, SchemaError
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import METHODS, create, load, metamodel_class
-from rom.datasets.tensors import read_attributes
+from rom.relative import relative_errors
 from rom.scenes import SCENES, CaseArrays, get_scene
 
 pytestmark = pytest.mark.filterwarnings("ignore::rom.metamodels.ValidityWarning")  # test_validity.py looks at them

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rom.relative import relative_errors
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays
 
 TRUTH_RESIDUAL = 1e-10  # the limit with which answers are stored as truth

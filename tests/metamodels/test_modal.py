@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from rom.relative import relative_errors
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rom.relative import relative_errors
 from rom.metamodels import create
 from rom.metamodels.pod_space import pod
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays
 
 

@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 import pytest
 from conformance import ROWS
-
 from energy import energy_errors
+
 from rom.datasets.snapshots import concatenate
 from rom.errors import SolverError
 from rom.metamodels import ValidityWarning, create, load

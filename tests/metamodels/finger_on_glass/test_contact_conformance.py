@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-
 from rom.datasets.contact_paths import read_path_dataset
 from rom.datasets.contact_schema import CONTACT, QUANTITIES
+
 from rom.errors import NotFittedError, SchemaError
 from rom.metamodels import ValidityWarning, applicable, create, load, metamodel_class
 from rom.metamodels.registry import CONTACT_METHODS

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-
 from rom.datasets.contact_schema import QUANTITIES, dataset_attributes, label_answers
 from rom.datasets.path_solutions import solve_path
+
 from rom.finger_on_glass.contact import Glass
 from rom.finger_on_glass.equilibrium import solve_step
 from rom.finger_on_glass.finger import Finger

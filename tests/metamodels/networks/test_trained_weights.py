@@ -12,7 +12,6 @@ import secrets
 import numpy as np
 import pytest
 
-from rom.relative import relative_errors
 from rom.comparison.side_by_side import SEED as COMPARED_SEED
 from rom.datasets import SPLITS, draw_combinations, solve_cases
 from rom.datasets.splits import held_out_numbers
@@ -20,6 +19,7 @@ from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels.networks import sizes
 from rom.metamodels.networks.sizes import weights_path
 from rom.metamodels.networks.weights import trained_network
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 from rom.scenes.harmonic_point_force import AMPLITUDE, FREQUENCY, LOSS_FACTOR
 
