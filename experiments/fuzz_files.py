@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from rom.metamodels.networks.files import DIGEST, read_weights, write_weights
 
 from rom.datasets import make_dataset, make_whole_dataset, open_dataset, read_dataset
 from rom.datasets.storage import read_netcdf, write_netcdf
@@ -31,7 +32,6 @@ from rom.errors import RomError
 from rom.files import SEAL_BYTES
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import create, load
-from rom.metamodels.networks.files import DIGEST, read_weights, write_weights
 from rom.scenes import get_scene
 
 TINY = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))

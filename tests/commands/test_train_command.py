@@ -9,8 +9,8 @@ import pytest
 
 from rom.cli import main
 from rom.datasets import make_dataset, make_whole_dataset
-from rom.metamodels import create, load
 from rom.datasets.tensors import read_attributes
+from rom.metamodels import create, load
 from rom.metamodels.networks.sizes import SIZES, settings_of_size
 
 
