@@ -14,10 +14,11 @@ import warnings
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import dataset, explain, export_page, frf, modes, scenes, serve, slide, stability, train
+from rom.commands import body, dataset, explain, export_page, frf, modes, scenes, serve, slide, stability, train
 from rom.commands.progress import bar
 from rom.commands.seed import seed
 from rom.errors import RomError
+
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
@@ -71,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     report.set_defaults(run=_report)
 
     # each a file in rom/commands
-    for command in (dataset, explain, export_page, frf, modes, scenes, serve, slide, stability, train):
+    for command in (body, dataset, explain, export_page, frf, modes, scenes, serve, slide, stability, train):
         command.add(commands)
     return parser
 

@@ -15,6 +15,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 CHUNK = 10_000_000
@@ -88,9 +89,9 @@ def geometry(kind: str, nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarra
     return np.einsum("qmk,eqka->eqma", slope, inverse, optimize=True), determinant * weight
 
 
-def element_matrices(kind: str, nodes: np.ndarray, cells: np.ndarray, shear_modulus: ArrayLike, bulk_modulus: ArrayLike,
-                     density: ArrayLike, formulation: str = "full") -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness of each element, and its consistent mass for one component of displacement.
+def element_stiffness(kind: str, nodes: np.ndarray, cells: np.ndarray, shear_modulus: ArrayLike,
+                      bulk_modulus: ArrayLike, formulation: str) -> np.ndarray:
+    """Stiffness matrix of each element.
 
     Parameters
     ----------
@@ -98,15 +99,14 @@ def element_matrices(kind: str, nodes: np.ndarray, cells: np.ndarray, shear_modu
         One of :data:`KINDS`.
     nodes : (n, 3) ndarray [m]
     cells : (e, m) ndarray of int
+        In VTK's order.
     shear_modulus, bulk_modulus : float or (e,) ndarray [Pa]
-    density : float or (e,) ndarray [kg/m3]
     formulation : {"full", "b-bar"}
 
     Returns
     -------
     stiffness : (e, 3m, 3m) ndarray [N/m]
         Local degree of freedom = 3 x local node + component.
-    mass : (e, m, m) ndarray [kg]
     """
     gradient, volume = geometry(kind, nodes, cells)
     volume = np.abs(volume)
@@ -122,7 +122,45 @@ def element_matrices(kind: str, nodes: np.ndarray, cells: np.ndarray, shear_modu
     trace = np.einsum("eicjc->eij", blocks)
     for component in range(3):
         shear[:, :, component, :, component] += trace
-    mu, kappa, rho = (np.broadcast_to(value, count)[:, None, None] for value in (shear_modulus, bulk_modulus, density))
-    value = shape(kind).value
-    return (mu * shear.reshape(count, 3 * m, 3 * m) + kappa * dilatation,
-            rho * np.einsum("eq,qi,qj->eij", volume, value, value, optimize=True))
+    mu, kappa = (np.broadcast_to(value, count)[:, None, None] for value in (shear_modulus, bulk_modulus))
+    return mu * shear.reshape(count, 3 * m, 3 * m) + kappa * dilatation
+
+
+def element_mass(kind: str, nodes: np.ndarray, cells: np.ndarray, density: ArrayLike) -> np.ndarray:
+    """Consistent mass of each element for one component of displacement.
+
+    Parameters
+    ----------
+    kind, nodes, cells
+        As for :func:`element_stiffness`.
+    density : float or (e,) ndarray [kg/m3]
+
+    Returns
+    -------
+    mass : (e, m, m) ndarray [kg]
+    """
+    volume, value = np.abs(geometry(kind, nodes, cells)[1]), shape(kind).value
+    unit = np.einsum("eq,qi,qj->eij", volume, value, value, optimize=True)
+    return np.broadcast_to(density, len(cells))[:, None, None] * unit
+
+
+def assemble(cells: np.ndarray, matrices: np.ndarray, n_nodes: int) -> sp.csr_matrix:
+    """Sum element matrices into a sparse matrix.
+
+    Parameters
+    ----------
+    cells : (e, m) ndarray of int
+    matrices : (e, c m, c m) ndarray
+        c components a node; degree of freedom = c x node + component.
+    n_nodes : int
+
+    Returns
+    -------
+    matrix : (c n_nodes, c n_nodes) csr_matrix
+    """
+    size = matrices.shape[1]
+    components = size // cells.shape[1]
+    dofs = (components * cells[:, :, None] + np.arange(components)).reshape(-1, size)
+    rows, columns = np.repeat(dofs, size, axis=1).ravel(), np.tile(dofs, (1, size)).ravel()
+    order = components * n_nodes
+    return sp.coo_matrix((matrices.ravel(), (rows, columns)), shape=(order, order)).tocsr()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from rom.bodies.elements import CHUNK, KINDS, MIRRORED, element_matrices, geometry, shape
+from rom.bodies.elements import CHUNK, KINDS, MIRRORED, assemble, element_mass, element_stiffness, geometry, shape
 from rom.bodies.grid import Grid
 from rom.bodies.mesh_files import MeshFile, from_meshio, read_mesh_file
 from rom.bodies.places import held_nodes
@@ -184,18 +184,12 @@ def _matrices(nodes: np.ndarray, cells: dict[str, np.ndarray], region: dict[str,
             here = every[region[kind] == index]
             for part in _chunks(kind, len(here)):
                 one = here[part]
-                k, m = element_matrices(kind, nodes, one, material.shear_modulus, material.bulk_modulus,
-                                        material.density, _formulation(kind, formulation))
-                dofs = (3 * one[:, :, None] + np.arange(3)).reshape(len(one), -1)
-                stiffness[index] = stiffness[index] + _sum(dofs, k, n)
-                mass = mass + _sum(one, m, len(nodes))
+                k = element_stiffness(kind, nodes, one, material.shear_modulus, material.bulk_modulus,
+                                      _formulation(kind, formulation))
+                stiffness[index] = stiffness[index] + sp.csr_array(assemble(one, k, len(nodes)))
+                m = element_mass(kind, nodes, one, material.density)
+                mass = mass + sp.csr_array(assemble(one, m, len(nodes)))
     return stiffness, sp.csr_array(sp.kron(mass, sp.eye_array(3), format="csr"))
-
-
-def _sum(dofs: np.ndarray, matrices: np.ndarray, size: int) -> sp.csr_array:
-    width = dofs.shape[1]
-    rows, columns = np.repeat(dofs, width, axis=1).ravel(), np.tile(dofs, (1, width)).ravel()
-    return sp.coo_array((matrices.ravel(), (rows, columns)), shape=(size, size)).tocsr()
 
 
 def _doubts(cells: dict[str, np.ndarray], region: dict[str, np.ndarray], materials: list[Material],

@@ -44,6 +44,8 @@ class Grid:
         What the grid is of, such as "fingertip mesh".
     known_hash : str, optional
         Digest that the mesh is known by already.
+    outside : (n_face, 4) ndarray of int, optional
+        What is drawn of it, outwards; default: every face that one cell alone has.
 
     Examples
     --------
@@ -70,6 +72,7 @@ class Grid:
     axes: tuple[str, ...] = ("position along x", "position along y", "position along z")
     noun: str = "mesh"
     known_hash: str | None = None
+    outside: np.ndarray | None = None
 
     @property
     def n_node(self) -> int:
@@ -110,7 +113,9 @@ class Grid:
 
     @cached_property
     def skin(self) -> np.ndarray:
-        """(n_face, 4) ndarray of int: faces that one cell alone has, outwards; triangles repeat their last corner."""
+        """(n_face, 4) ndarray of int: what is drawn, outwards; triangles repeat their last corner."""
+        if self.outside is not None:
+            return self.outside
         faces: list[np.ndarray] = []
         for kind, cells in self.cells.items():
             linear = next((name for name in FACES if kind.startswith(name)), None)

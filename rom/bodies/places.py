@@ -1,18 +1,69 @@
-"""Places on a body in words: named sets, labels of nodes, and planes such as ``z=min``."""
+"""Places on a body in words: degrees of freedom, named sets, labels of nodes, and planes such as ``z=min``."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 import numpy as np
 
 from rom.bodies.grid import Grid
+from rom.bodies.loads import Loads
 from rom.checks import shown
 
 NEAR = 1e-6
 """Distance from a plane that counts as lying in it, against the body's size."""
 _PLANE = re.compile(r"(?P<axis>[xyz])\s*(?P<sign><=|>=|<|>|=)\s*(?P<value>min|max|[-+]?[\d.]+(?:e[-+]?\d+)?)",
                     re.IGNORECASE)
+
+
+def chosen_dofs(places: str | Iterable[str], names: np.ndarray, grid: Grid | None = None) -> np.ndarray:
+    """Degrees of freedom that places name, in the order of the places and then of the body.
+
+    Parameters
+    ----------
+    places : str or iterable of str
+        Each the name of a degree of freedom, the label of a node before its component's, or, where there is a grid,
+        what :func:`held_nodes` takes.
+    names : (n,) ndarray
+        Names of the degrees of freedom.
+    grid : Grid, optional
+
+    Returns
+    -------
+    dofs : (k,) ndarray of int
+
+    Raises
+    ------
+    ValueError
+        Where a place names nothing.
+    """
+    text = names.astype(str)
+    found: list[int] = []
+    for place in [places] if isinstance(places, str) else places:
+        here = np.flatnonzero(text == place)
+        if not len(here):
+            here = np.flatnonzero(np.char.startswith(text, f"{place} "))
+        if not len(here) and grid is not None:
+            nodes, components = held_nodes(place, grid)
+            node, component = np.divmod(grid.free, len(grid.components))
+            here = np.flatnonzero(np.isin(node, nodes) & np.isin(component, components))
+        if not len(here):
+            raise ValueError(f"{shown(place)} names no degree of freedom of this body that is free: give one such as "
+                             f"{shown(str(text[0]))}, or the label of a node")
+        found += [dof for dof in here.tolist() if dof not in found]
+    return np.array(found, dtype=np.int64)
+
+
+def columns_of(inputs: str | Iterable[str] | Loads, names: np.ndarray,
+               grid: Grid | None = None) -> tuple[np.ndarray, list[str]]:
+    """(n, k) right-hand sides of unit forces at places, or of loads, and their names; parameters as above."""
+    if isinstance(inputs, Loads):
+        return np.asarray(inputs.columns, dtype=float), inputs.names
+    at = chosen_dofs(inputs, names, grid)
+    force = np.zeros((len(names), len(at)))
+    force[at, np.arange(len(at))] = 1
+    return force, names[at].astype(str).tolist()
 
 
 def held_nodes(words: str, grid: Grid) -> tuple[np.ndarray, np.ndarray]:

@@ -17,11 +17,10 @@ import scipy.sparse as sp
 from rom.bodies.body import Body
 from rom.bodies.grid import Grid
 from rom.bodies.mesh_files import read_mesh_file
-from rom.bodies.places import held_nodes
+from rom.bodies.places import chosen_dofs
 from rom.bodies.readers.found import COMPONENTS, ending, find_matrices, known_endings
 from rom.bodies.sources import Sources
 from rom.bodies.tidy import both_triangles, held_rows, loss_part
-from rom.checks import shown
 from rom.errors import SchemaError
 
 
@@ -107,12 +106,15 @@ def _body(sources: Sources, regions: dict[str, sp.csr_array], matrices: dict[str
         raise ValueError("the whole diagonal of the stiffness is negative, so it is stored with the other sign: give "
                          f"stiffness='-{sources.last['stiffness']}'")
     labels = sources.found.labels
-    names = np.arange(stiffness.shape[0]) if labels is None else dof_names(labels)
+    names = sources.found.names if labels is None else dof_names(labels, sources.found.given)
+    if names is None:
+        names = np.arange(stiffness.shape[0])
     grid = None if mesh is None else _grid(Path(mesh), labels, len(names), notes)
     alone = held_rows(stiffness, matrices)
     if alone.any():
         notes.append(f"{np.count_nonzero(alone)} rows of held degrees of freedom are left out: {_few(names[alone])}")
-    out = alone | _held_by_name(tuple(held), names, labels, grid)
+    out = alone.copy()
+    out[chosen_dofs(held, names, grid)] = True
     if out.all():
         raise ValueError("every degree of freedom is held: nothing is left that could move; hold less")
     keep = np.flatnonzero(~out)
@@ -134,40 +136,22 @@ def _body(sources: Sources, regions: dict[str, sp.csr_array], matrices: dict[str
                 dof_names=names[keep], grid=grid, name=name, origin=sources.origin() | {"notes": notes})
 
 
-def dof_names(labels: np.ndarray) -> np.ndarray:
-    """``"17 z"`` for (17, 3): node and component; a scalar point's is its number alone.
+def dof_names(labels: np.ndarray, given: Mapping[int, str]) -> np.ndarray:
+    """``"17 z"`` for (17, 3): node and component; a scalar point's is its number alone, a named node's its name.
 
     Parameters
     ----------
     labels : (n, 2) ndarray of int
+    given : mapping of str
+        Names of nodes that stand for something else.
     """
-    return np.array([f"{node}" if component == 0 else f"{node} {component_name(component)}"
-                     for node, component in labels.tolist()])
+    return np.array([given[node] if node in given else f"{node}" if component == 0
+                     else f"{node} {component_name(component)}" for node, component in labels.tolist()])
 
 
 def component_name(number: int) -> str:
     """x, y, z, rx, ry, rz, or the number of what is no motion in space."""
     return COMPONENTS[number] if 0 <= number < len(COMPONENTS) else f"dof{number}"
-
-
-def _held_by_name(held: tuple[str, ...], names: np.ndarray, labels: np.ndarray | None, grid: Grid | None) -> np.ndarray:
-    out = np.zeros(len(names), dtype=bool)
-    for words in held:
-        if grid is not None:
-            nodes, components = held_nodes(words, grid)
-            n_component = len(grid.components)
-            node, component = np.divmod(grid.free, n_component)
-            found = np.isin(node, nodes) & np.isin(component, components)
-        else:
-            found = names.astype(str) == words
-            if labels is not None:
-                found |= labels[:, 0].astype(str) == words
-        if not found.any():
-            also = "" if labels is None else f", or a node such as {labels[0, 0]}"
-            raise ValueError(f"held={shown(words)} names nothing of this body: give a degree of freedom such as "
-                             f"{shown(str(names[0]))}{also}")
-        out |= found
-    return out
 
 
 def _grid(path: Path, labels: np.ndarray | None, count: int, notes: list[str]) -> Grid | None:

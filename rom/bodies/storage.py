@@ -12,6 +12,7 @@ import xarray as xr
 
 from rom.bodies.grid import Grid
 from rom.errors import SchemaError
+from rom.files import check_seal, seal, whole_file
 from rom.provenance import stamp
 
 if TYPE_CHECKING:
@@ -37,8 +38,6 @@ def write_body(body: Body, path: str | Path) -> None:
     OSError
         Where the file cannot be written.
     """
-    from rom.files import whole_file
-
     if Path(path).suffix != ".nc":
         raise ValueError(f"a body was to be written as {Path(path).name}: end the name in .nc")
     model = body.model
@@ -65,6 +64,7 @@ def write_body(body: Body, path: str | Path) -> None:
                 if one.dtype.kind in "fi" and one.size > 1000}
     with whole_file(path) as temporary:
         data.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        seal(temporary)
 
 
 def read_arguments(path: str | Path) -> tuple[dict[str, Any], str]:
@@ -77,6 +77,7 @@ def read_arguments(path: str | Path) -> tuple[dict[str, Any], str]:
     """
     if not Path(path).is_file():
         raise SchemaError(f"{path} does not exist: correct the path, or make it with `rom body`")
+    check_seal(path)
     try:
         with xr.open_dataset(path, engine="netcdf4", mask_and_scale=False) as opened:
             data = opened.load()

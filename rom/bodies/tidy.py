@@ -31,10 +31,12 @@ def both_triangles(matrix: sp.csr_array, name: str, notes: list[str]) -> sp.csr_
     matrix = sp.csr_array(matrix, dtype=float if matrix.dtype.kind in "iub" else matrix.dtype, copy=True)
     matrix.sum_duplicates()
     matrix.eliminate_zeros()
-    lower, upper = sp.tril(matrix, -1), sp.triu(matrix, 1)
-    if bool(lower.nnz) != bool(upper.nnz):
+    beside = matrix - sp.diags_array(matrix.diagonal())
+    beside.eliminate_zeros()
+    # whatever the order of the rows: of each pair of entries, one is stored
+    if beside.nnz and not (beside != 0).multiply((beside != 0).T).nnz:
         notes.append(f"{name}: one triangle is stored, the other was added")
-        matrix = sp.csr_array(matrix + (lower if lower.nnz else upper).T)
+        matrix = sp.csr_array(matrix + beside.T)
     return matrix
 
 

@@ -25,11 +25,16 @@ from rom.errors import SchemaError
 from rom.fullorder.poles import Poles
 from rom.scenes import CaseArrays
 from rom.scenes.complex_parts import decode_complex
+from rom.scenes.labelled_cases import LoadLabels, numbers
+from rom.scenes.labels import positions
 
-SMALL = ("mode_shape", "eigenvalue", "participation", "own_theta", "own_share", "free_dof", "load_of_case")
-SHAPES = (*SMALL, "own_shape")
-"""Variables that stand for ``displacement``."""
-CASES = ("force_amplitude", "frequency", "loss_factor")
+SHAPE_DIMS = ("mode", "load", "vector", "dof")
+"""Dimensions of the shapes; the attributes ``modes``, ``loads`` ... say how many there must be."""
+SMALL = {"mode_shape": ("mode", "dof"), "eigenvalue": ("mode",), "participation": ("load", "mode"),
+         "own_theta": ("load", "vector"), "own_share": ("load", "vector"), "node_of_load": ("load",),
+         "node_of_dof": ("dof",), "component_of_dof": ("dof",)}
+SHAPES = {**SMALL, "own_shape": ("load", "vector", "dof")}
+"""Variables that stand for ``displacement``, with their dimensions."""
 CHUNK = 1350
 """Cases of one dask chunk, half of one load's (500 MB whole): dask takes microseconds a chunk to find one case,
 and puts together no more of it than is asked for."""
@@ -59,18 +64,31 @@ class ReducedField:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._open()
+        data = self.data
         with reading(path):
-            check_reduced(self.data, str(path))
-            small = self.data[[*SMALL, *CASES]].load()
-            self.n_load, self.n_own, self.n_free = self.data["own_shape"].shape
-        self.load = small["load_of_case"].values.astype(np.int64)
-        self.force = small["force_amplitude"].values[:, 0]
-        self.stiffness = 1.0 + 1j * small["loss_factor"].values
-        self.inertia = (2.0 * np.pi * small["frequency"].values) ** 2
-        self.modes = small["mode_shape"].values
-        self.eigenvalue, self.participation = small["eigenvalue"].values, small["participation"].values
-        self.theta, self.share = small["own_theta"].values, small["own_share"].values
-        self.free_dof, self.n_node = small["free_dof"].values, self.data.sizes["node"]
+            check_reduced(data, str(path))
+            small = {name: data[name].transpose(*dims).values for name, dims in SMALL.items()}
+            column, force = LoadLabels({"load_node": small.pop("node_of_load")}).forces(data)
+            frequency, loss_factor = (numbers(data, name, ("case",), unit)
+                                      for name, unit in (("frequency", "Hz"), ("loss_factor", "1")))
+            node, component = (_places(data, dim, small.pop(f"{dim}_of_dof"), str(path))
+                               for dim in ("node", "component"))
+        for name, values in {**small, "case": np.stack([frequency, loss_factor, force.sum(axis=1)])}.items():
+            if not np.isfinite(values).all() or (name == "eigenvalue" and (values <= 0).any()):
+                raise SchemaError(f"{path} holds a value of {name} that cannot be: delete it and make it again")
+        if column.shape[1] != 1 or (column < 0).any():
+            raise SchemaError(f"{path} holds cases without one force each: delete it and make it again")
+        self.n_load, self.n_own, self.n_free = (data.sizes[dim] for dim in ("load", "vector", "dof"))
+        self.load, self.force = column[:, 0], force[:, 0]
+        self.stiffness = 1.0 + 1j * loss_factor
+        self.inertia = (2.0 * np.pi * frequency) ** 2
+        self.modes = small["mode_shape"]
+        self.eigenvalue, self.participation = small["eigenvalue"], small["participation"]
+        self.theta, self.share = small["own_theta"], small["own_share"]
+        self.n_node, self.n_component = data.sizes["node"], data.sizes["component"]
+        self.free_dof = self.n_component * node + component
+        if len(np.unique(self.free_dof)) != self.n_free:
+            raise SchemaError(f"{path} names a degree of freedom twice: delete it and make it again")
 
     def _open(self) -> None:
         # one handle of xarray's own, which shares HDF5's lock with every other reader of this process
@@ -99,7 +117,7 @@ class ReducedField:
         kept = self._kept
         if kept is None or kept[0] != load:
             with self._reading:
-                kept = load, self.data.variables["own_shape"][load].values
+                kept = load, self.data.variables["own_shape"].isel(load=load).transpose("vector", "dof").values
             self._kept = kept
         return kept[1]
 
@@ -171,10 +189,10 @@ class ReducedField:
         return [(int(load[group[0]]), group) for group in groups if len(group)]
 
     def on_all_nodes(self, fields: np.ndarray) -> np.ndarray:
-        """(k, n_node, 3) ndarray: fields (k, n_free) with held nodes at zero."""
-        full = np.zeros((len(fields), 3 * self.n_node), dtype=fields.dtype)
+        """(k, n_node, n_component) ndarray: fields (k, n_free) with held nodes at zero."""
+        full = np.zeros((len(fields), self.n_component * self.n_node), dtype=fields.dtype)
         full[:, self.free_dof] = fields
-        return full.reshape(-1, self.n_node, 3)
+        return full.reshape(-1, self.n_node, self.n_component)
 
 
 class _LazyDisplacement(BackendArray):
@@ -182,7 +200,7 @@ class _LazyDisplacement(BackendArray):
 
     def __init__(self, field: ReducedField) -> None:
         self.field = field
-        self.shape = (len(field), field.n_node, 3)
+        self.shape = (len(field), field.n_node, field.n_component)
         self.dtype = np.dtype(complex)
 
     def __getitem__(self, key: indexing.ExplicitIndexer):
@@ -206,9 +224,20 @@ def check_reduced(data: xr.Dataset, source: str) -> None:
         raise SchemaError(f"{source} is not stored reduced: read it with read_dataset, or make one with "
                           "`rom dataset --whole`")
     check_schema(data.assign(displacement=0), source)  # which the shapes stand for
-    missing = [name for name in SHAPES if name not in data.variables]
+    missing = [name for name in (*SHAPES, "node", "component", "force_amplitude", "frequency", "loss_factor")
+               if name not in data.variables]
     if missing:
         raise SchemaError(f"{source} lacks {', '.join(missing)}: make the dataset again with `rom dataset`")
+    for dim in SHAPE_DIMS:
+        if data.sizes[dim] != data.attrs.get(f"{dim}s"):
+            raise SchemaError(f"{source} holds {data.sizes[dim]} {dim}s of the {data.attrs.get(f'{dim}s')} that its "
+                              "answers are made of: make the dataset again with `rom dataset`")
+
+
+def _places(data: xr.Dataset, dim: str, labels: np.ndarray, source: str) -> np.ndarray:
+    """Where labels stand along a dimension of the file."""
+    order = positions(np.atleast_1d(data[dim].values), labels, dim, source)
+    return np.arange(len(labels)) if order is None else order
 
 
 def open_dataset(path: str | Path, chunks: int | None = CHUNK) -> xr.Dataset:
@@ -241,7 +270,7 @@ def open_dataset(path: str | Path, chunks: int | None = CHUNK) -> xr.Dataset:
     data = field.data
     attributes = {"long_name": data["own_shape"].attrs["displacement_name"], "units": "m", "mesh": "mesh",
                   "location": "node"}
-    whole = data.drop_vars(SHAPES)
+    whole = data.drop_vars(list(SHAPES))
     variable = xr.Variable(("case", "node", "component"), indexing.LazilyIndexedArray(_LazyDisplacement(field)),
                            attributes)
     whole["displacement"] = variable if chunks is None else variable.chunk(

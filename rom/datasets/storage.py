@@ -10,6 +10,8 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
 from rom.checks import shown
 from rom.datasets.schema import check_schema
@@ -100,8 +102,10 @@ def reading(path: str | Path) -> Iterator[None]:
     """Whatever the libraries below raise of a damaged file, said as a SchemaError in one sentence."""
     try:
         yield
-    except SchemaError:
-        raise
+    except SchemaError as error:
+        if str(path) in str(error):
+            raise
+        raise SchemaError(f"{path}: {error}") from error
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SchemaError(f"{path} is damaged ({shown(reason)[1:-1]}): delete it and make it again") from error
@@ -128,11 +132,31 @@ def open_netcdf(path: str | Path, checked: float = CHECKED_AT_ONCE) -> xr.Datase
         raise SchemaError(f"{path} does not exist: make it with `rom dataset`, or correct the path")
     try:
         check_seal(path, checked)
-        return xr.open_dataset(path, engine="netcdf4")
+        data = xr.open_dataset(path, engine="netcdf4")
+        for name, variable in list(data.variables.items()):
+            if name not in data.xindexes:
+                lazy = indexing.LazilyIndexedArray(_Read(variable, path))
+                data[name] = xr.Variable(variable.dims, lazy, variable.attrs, variable.encoding)
+        return data
     except SchemaError:
         raise
     except Exception as error:  # HDF5's and netCDF's words for a damaged file are of every kind
         raise SchemaError(f"{path} is truncated or no netCDF file: delete it and make it again") from error
+
+
+class _Read(BackendArray):
+    """A variable on disk whose damage is named when it is read, however late that is."""
+
+    def __init__(self, variable: xr.Variable, path: str | Path) -> None:
+        self.variable, self.path = variable, path
+        self.shape, self.dtype = variable.shape, variable.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._values)
+
+    def _values(self, key: tuple) -> np.ndarray:
+        with reading(self.path):
+            return self.variable[key].values
 
 
 def read_netcdf(path: str | Path) -> xr.Dataset:

@@ -18,7 +18,7 @@ import xarray as xr
 
 from rom.cache import cached_path
 from rom.datasets.pieces import pieces_of
-from rom.datasets.reduced import STORAGE
+from rom.datasets.reduced import SHAPE_DIMS, STORAGE
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.snapshots import Progress, solver_sources
 from rom.datasets.splits import split_variables
@@ -204,7 +204,9 @@ def _assemble(whole: WholeSet, folder: Path, files: list[Path], path: Path, reci
     """Write the dataset from its pieces, one after another."""
     scene, arrays = whole.scene, whole.arrays()
     modes, confirmed = read_netcdf(folder / "modes.nc"), read_netcdf(folder / "confirmed.nc")
-    kind = PRECISIONS[recipe["precision"]]
+    kind, grid = PRECISIONS[recipe["precision"]], scene.grid
+    assert grid is not None  # the published scene has a mesh
+    width = len(grid.components)
     small: dict[str, list[np.ndarray]] = {name: [] for name in (
         "theta", "share", "participation", "residual", "difference")}
     seconds = float(confirmed.attrs["seconds"])
@@ -222,8 +224,8 @@ def _assemble(whole: WholeSet, folder: Path, files: list[Path], path: Path, reci
             "long_name": "relative residual ||Z u - f|| / ||f|| of the answer in double precision", "units": "1"}),
         "solve_seconds": ("case", np.full(len(arrays), seconds / len(arrays)), {
             "long_name": "wall time of making and checking all cases, shared equally", "units": "s"}),
-        "load_of_case": ("case", arrays.node[:, 0].astype(np.int32), {
-            "long_name": "row of the case's load among the own shapes", "units": "1"}),
+        "node_of_load": ("load", scene.loads.labels["load_node"].astype(np.int32), {
+            "long_name": "mesh node whose load the own shapes answer", "units": "1"}),
         "mode_shape": (("mode", "dof"), modes["shape"].values.T.astype(kind), {
             "long_name": "mass-orthonormal mode shape", "units": "kg-0.5"}),
         "eigenvalue": ("mode", modes["eigenvalue"].values, {
@@ -232,15 +234,19 @@ def _assemble(whole: WholeSet, folder: Path, files: list[Path], path: Path, reci
             "long_name": "mode shape times unit load", "units": "kg-0.5"}),
         "own_theta": (("load", "vector"), table["theta"], {"long_name": "reciprocal Ritz value", "units": "s2"}),
         "own_share": (("load", "vector"), table["share"], {"long_name": "share of the load", "units": "J0.5 N-1"}),
-        "free_dof": ("dof", scene.grid.free.astype(np.int32), {
-            "long_name": "place of the degree of freedom among 3 node + component", "units": "1"}),
+        "node_of_dof": ("dof", grid.node_names[grid.free // width], {
+            "long_name": "mesh node of the degree of freedom", "units": "1"}),
+        "component_of_dof": ("dof", np.array(grid.components)[grid.free % width], {
+            "long_name": "component of the degree of freedom"}),
         "confirmed_case": ("confirmed", whole.case_number(confirmed["node"].values, confirmed["point"].values), {
             "long_name": "case that was solved directly beside", "units": "1"}),
         "confirmed_error": ("confirmed", confirmed["error"].values, {
             "long_name": "relative error of the stored answer against the direct solve", "units": "1"}),
-        **mesh_variables(scene.grid)})
+        **mesh_variables(grid)})
     frame.attrs = {
         **dataset_attributes(scene), **stamp(), "recipe": json.dumps(recipe), "storage": STORAGE,
+        **{f"{dim}s": np.int32(size) for dim, size in zip(SHAPE_DIMS, (
+            len(modes["eigenvalue"]), scene.n_loads, recipe["vectors"], scene.n_free), strict=True)},
         "storage_formula": "u = sum_k mode_shape_k participation_k F / (eigenvalue_k (1 + i eta) - omega^2) + "
                            "sum_p own_shape_p own_share_p F / (1 + i eta - omega^2 own_theta_p)",
         "residual_max": float(residual.max()), "confirmed_error_max": float(confirmed["error"].max()),

@@ -40,7 +40,7 @@ class FingertipBody(Body):
         mesh = self.fingertip.mesh
         return Grid(mesh.nodes, self.fingertip.free_dofs, {"hexahedron": mesh.hexahedra},
                     region={"hexahedron": mesh.tissue}, region_names=TISSUES, region_noun="tissue", axes=AXES,
-                    noun="fingertip mesh", known_hash=mesh.mesh_hash)
+                    noun="fingertip mesh", known_hash=mesh.mesh_hash, outside=mesh.skin_quads)
 
     @cached_property
     def dof_names(self) -> np.ndarray:  # type: ignore[override]

@@ -33,6 +33,7 @@ class Direct(Metamodel):
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "factorises and solves the full finite-element model for each case, symbolic phase reused"
     colour: ClassVar[str] = "#000000"
+    full_order: ClassVar[bool] = True
     slow: ClassVar[int] = 32
     keeps_factor: ClassVar[bool] = False
     _model: SecondOrderModel

@@ -52,6 +52,8 @@ class Metamodel(ABC):
     """Whether it needs snapshots; if not, `fit` accepts None and looks at the full-order model alone."""
     seeded: ClassVar[bool] = False
     """Whether it takes a setting ``seed`` on which its weights hang."""
+    full_order: ClassVar[bool] = False
+    """Whether it solves the full-order model itself: what speed-ups are quoted against."""
     slow: ClassVar[int] = 1
     """One held-out case in so many is answered in a comparison, where each takes as long as the truth."""
     colour: ClassVar[str] = "#7f7f7f"

@@ -13,7 +13,7 @@ import xarray as xr
 from rom.fullorder.poles import Poles, operating_points
 from rom.metamodels.basis import Basis, check_precision, combine
 from rom.metamodels.facts import Curve
-from rom.metamodels.linear import not_linear
+from rom.metamodels.linear import not_linear, within
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod_space import PodSpace, pod
 from rom.metamodels.stored import Stored
@@ -73,14 +73,15 @@ class PodGalerkin(Metamodel):
 
     @classmethod
     def curve(cls, scene: Scene) -> Curve:
-        if scene.harmonic:
-            ranks = [{"rank": rank, "precision": "float32"} for rank in (100, 200, 300, 400, 500)]
-            return Curve((*ranks, {}), headline=len(ranks) - 1)
-        return Curve(({"rank": 60}, {"rank": 120}, {"rank": 200}, {"rank": None}))
+        if not scene.harmonic:
+            return Curve(({"rank": 60}, {"rank": 120}, {"rank": 200}, {"rank": None}))
+        ranks = [rank for rank in (100, 200, 300, 400, 500) if rank == within(scene, rank)]
+        return Curve(tuple({"rank": rank, "precision": "float32"} for rank in ranks) or ({},))
 
     @classmethod
     def quick_curve(cls, scene: Scene) -> Curve:
-        return Curve(({"rank": 20}, {"rank": 60}) if scene.harmonic else ({"rank": 10}, {"rank": None}))
+        return Curve(tuple({"rank": rank} for rank in (20, 60) if rank == within(scene, rank)) or ({},)
+                     if scene.harmonic else ({"rank": 10}, {"rank": None}))
 
     @property
     def model_bytes(self) -> int:

@@ -88,11 +88,12 @@ def from_dataset(model: Any, declared: Iterable[Stored], data: xr.Dataset, prefi
         elif name in data.attrs:
             value = data.attrs[name]
         elif name in data:
-            value = data[name].values
+            value = data[name].transpose(*(entry.dims or sorted(data[name].dims))).values
             if _annotation(model, entry.attribute) == "Basis":
                 value = Basis(value, model.scene.part_rows, model.settings["precision"])
         else:
-            value = nested({str(key)[len(name) + 1:]: data[key].values for key in data.data_vars
+            value = nested({str(key)[len(name) + 1:]: data[key].transpose(*(entry.dims or sorted(data[key].dims))).values
+                            for key in data.data_vars
                             if str(key).startswith(name + SEPARATOR)})
             if not value:
                 raise KeyError(name)

@@ -9,6 +9,7 @@ import xarray as xr
 
 from rom.reporting import html, words
 from rom.reporting.figure import Figure, sheet
+from rom.reporting.html import Cell
 
 OUTCOMES = ("right", "warned", "refused", "silent", "crashed")
 LETTERS = {"right": "", "warned": "W", "refused": "R", "silent": "S", "crashed": "X"}
@@ -150,13 +151,13 @@ def _methods(results: xr.Dataset) -> str:
                  html.cell(words.error(float(error[right].max())) if right.any() else words.NONE),
                  html.cell(words.seconds(float(np.nanmedian(one["seconds"].values)))
                            if np.isfinite(one["seconds"].values).any() else words.NONE),
-                 f'<td class="text">{html.text(_first_doubt(one))}</td>']
+                 html.cell(_first_doubt(one), kind="text")]
         rows.append(("", cells))
     return html.table(
         "Every method over all extremes. An answer is right within the tolerance (1e-6 for methods that claim to be "
         "exact, the scene's gate for the others; relative error in the energy norm) or within the error that the "
         "method itself names (an estimate may be a factor 3 too small).",
-        ["method", "tolerance", *OUTCOMES, "largest error<br>among right", "time of<br>an answer",
+        ["method", "tolerance", *OUTCOMES, "largest error among right", "time of an answer",
          "what it warns of most"], rows)
 
 
@@ -173,14 +174,14 @@ def _defects(results: xr.Dataset) -> list[str]:
                                                       "residual", "condition", "message"], rows)] if rows else []
 
 
-def _row(results: xr.Dataset, i: int, j: int) -> list[str]:
+def _row(results: xr.Dataset, i: int, j: int) -> list[Cell]:
     one = results.isel(case=i, method=j)
-    return [html.named(f"`{one['method'].item()}`"), f'<td class="text">{html.text(one["axis"].item())}</td>',
-            f'<td class="text">{html.text(one["level"].item())}</td>', html.cell(one["outcome"].item()),
+    return [html.named(f"`{one['method'].item()}`"), html.cell(one["axis"].item(), kind="text"),
+            html.cell(one["level"].item(), kind="text"), html.cell(one["outcome"].item()),
             html.cell(words.error(float(one["error"]))),
             html.cell(words.error(float(one["bound"])), str(one["kind"].item())),
             html.cell(words.error(float(one["residual"]))), html.cell(_size(float(one["condition_estimate"]))),
-            f'<td class="text">{html.text(one["message"].item())}</td>']
+            html.cell(one["message"].item(), kind="text")]
 
 
 def _axes(results: xr.Dataset) -> str:
@@ -193,7 +194,7 @@ def _axes(results: xr.Dataset) -> str:
                           *(html.cell(count) for count in counts(one).values()),
                           html.cell(_size(finite.max()) if finite.size else words.NONE)]))
     return html.table("Outcomes by axis, all methods together.",
-                      ["axis", "extremes", *OUTCOMES, "largest condition<br>number that is known"], rows)
+                      ["axis", "extremes", *OUTCOMES, "largest condition number that is known"], rows)
 
 
 def _size(value: float) -> str:

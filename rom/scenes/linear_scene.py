@@ -20,7 +20,7 @@ from rom.scenes.inputs import Quantity
 from rom.scenes.labelled_cases import LoadLabels
 from rom.scenes.labels import positions
 from rom.scenes.linear_labels import label_cases, read_cases
-from rom.scenes.population import Population, RangePopulation
+from rom.scenes.population import CASES_PER_POINT, Population, RangePopulation
 from rom.scenes.question import Question, default_question
 from rom.scenes.scene import Answers, Scene
 
@@ -193,7 +193,7 @@ class LinearScene(Scene):
     def label(self, cases: xr.Dataset, answers: np.ndarray, outputs: str | None = None) -> xr.Dataset:
         part = (outputs or self.outputs) != "field"
         coordinates = self._part_coordinates if part else self._whole_coordinates
-        answer = self.stripped(cases)
+        answer = self.stripped(self.batched(cases))
         quantity = self.quantities["displacement"]
         if not part:
             answers = self.whole(answers)
@@ -269,6 +269,15 @@ class LinearScene(Scene):
         _, inverse = np.unique(points, axis=0, return_inverse=True)
         order = np.argsort(inverse, kind="stable")
         return np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)
+
+    def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
+        chosen = (rows // CASES_PER_POINT) % every == 0  # neighbours in the sampling share an operating point
+        return chosen if chosen.any() else np.ones(len(rows), dtype=bool)
+
+    @property
+    def solver(self) -> str:  # type: ignore[override]
+        kind = "complex" if self.harmonic else "real"
+        return f"{self.model.backend}, {kind} symmetric, symbolic phase reused"
 
     def pieces(self, cases: CaseArrays) -> list[np.ndarray]:
         """Whole groups gathered into pieces of about PIECE_CASES cases; a larger group is cut."""

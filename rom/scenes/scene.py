@@ -16,7 +16,9 @@ import xarray as xr
 from rom.bodies import Grid
 from rom.checks import shown
 from rom.errors import SchemaError
+from rom.scenes.extent import Extent
 from rom.scenes.inputs import Input, Quantity
+from rom.scenes.labelled_cases import BESIDE
 from rom.scenes.labels import fields, in_order
 
 Answers = dict[str, np.ndarray]
@@ -66,6 +68,14 @@ class Scene(ABC):
     error_definition: str = "||u_hat - u|| / ||u|| over all degrees of freedom"
     error_definitions: dict[str, str] = {}
     """Errors that are told beside the one by which methods are judged, in words."""
+    told_along: dict[str, str] = {}
+    """Quantities that results tell along the positions of a worst case, by the short names that they have there."""
+    extent: Extent = Extent()
+    """How much of the scene a comparison looks at."""
+    quick_options: dict[str, Any] = {}
+    """Arguments of the scene's factory for a coarse mesh: a check that everything runs."""
+    solver: str = ""
+    """How the full-order model is solved, in words."""
     kind_noun: str = "load"
     """What :meth:`kinds` counts."""
     kinds_apart: bool = False
@@ -151,6 +161,14 @@ class Scene(ABC):
         return in_order(data, self._labels, {name: (("case", *quantity.dims), quantity.unit)
                                              for name, quantity in self.quantities.items()}, source)
 
+    def batched(self, cases: xr.Dataset) -> xr.Dataset:
+        """Cases with the dimension ``case``, where one alone was picked by ``isel(case=...)``."""
+        if "case" in cases.dims:
+            return cases
+        mine = {*(one.name for one in self.inputs), *self.quantities, *self.record, *BESIDE}
+        return cases.drop_vars("case", errors="ignore").assign(
+            cases[[name for name in cases.data_vars if name in mine]].expand_dims("case"))
+
     @property
     def _labels(self) -> dict[str, np.ndarray]:
         return {name: np.asarray(entry[1]) for name, entry in self.coordinates().items() if entry[0] == name}
@@ -231,6 +249,18 @@ class Scene(ABC):
             The largest along further axes is the error of a case; NaN where there is no truth.
         """
 
+    def groups(self, cases: Any) -> list[np.ndarray]:
+        """Index arrays of cases that one factorization serves."""
+        return [np.array([i]) for i in range(len(cases))]
+
+    def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
+        """(k,) ndarray of bool: one in ``every`` of the cases at ``rows`` of a dataset, those solved together kept so."""
+        return np.arange(len(rows)) % every == 0
+
+    def same_on_any_mesh(self, cases: Any) -> np.ndarray:
+        """(n_case,) ndarray of bool: cases that a finer mesh answers too."""
+        return np.ones(len(cases), dtype=bool)
+
     def afresh(self) -> Self:
         """The same scene with nothing factorised yet: nobody profits from what another one made."""
         return self
@@ -244,7 +274,7 @@ class Scene(ABC):
 
     def pieces(self, cases: Any) -> list[np.ndarray]:
         """Index arrays of cases that are solved together, when a dataset is made."""
-        return [np.array([i]) for i in range(len(cases))]
+        return self.groups(cases)
 
     # ---- which cases ----------------------------------------------------------------------------------------
 

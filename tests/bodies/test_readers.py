@@ -191,7 +191,7 @@ def test_signs_held_rows_and_held_names(tmp_path, matrices):
     body = read_body(tmp_path / "a.npz", held=["5"])
     assert body.model.n == 80 and 5 not in body.dof_names
     assert "2 rows of held degrees of freedom are left out: 81, 82" in body.notes
-    with pytest.raises(ValueError, match="names nothing of this body"):
+    with pytest.raises(ValueError, match="names no degree of freedom"):
         read_body(tmp_path / "a.npz", held=["z=min"])
     np.savez(tmp_path / "b.npz", K=-stiffness.toarray(), M=mass.toarray())
     with pytest.raises(ValueError, match="give stiffness='-K'"):

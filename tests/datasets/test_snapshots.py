@@ -15,8 +15,8 @@ import xarray as xr
 import rom.datasets.snapshots as snapshots
 from rom import cli
 from rom.datasets import draw_cases, make_dataset, read_dataset, solve_dataset
-from rom.datasets.storage import remove_leftovers
 from rom.errors import SchemaError, SolverError
+from rom.files import remove_leftovers
 from rom.fingertip.fingertip import PRESETS
 from rom.scenes import CaseArrays, linear_scene
 
@@ -115,7 +115,7 @@ def test_a_killed_run_goes_on_where_it_was(tiny_harmonic, uninterrupted, tmp_pat
     with pytest.MonkeyPatch.context() as patch:
         solve = snapshots.solve_piece
         patch.setattr(snapshots, "solve_piece", lambda scene, cases: solved.append(len(cases)) or solve(scene, cases))
-        patch.setattr(snapshots.shutil, "rmtree", lambda _: None)
+        patch.setattr("rom.datasets.pieces.shutil.rmtree", lambda *_, **__: None)
         make_dataset(tiny_harmonic, CASES, path, seed=SEED)
     assert times(folder)["00000.nc"] == finished["00000.nc"]
     assert sum(solved) == CASES - PIECE_CASES  # the finished piece was not solved again
@@ -168,7 +168,7 @@ def test_a_full_disk_keeps_the_finished_pieces(tiny_harmonic, uninterrupted, tmp
     assert len(kept) == 3 and not path.exists()
     assert not list(tmp_path.rglob("*.partial"))  # a full disk is not filled further
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(snapshots.shutil, "rmtree", lambda _: None)
+        patch.setattr("rom.datasets.pieces.shutil.rmtree", lambda *_, **__: None)
         assert cli.main(command) == 0  # room again
     assert kept.items() <= times(tmp_path / "set.nc.pieces").items()
     equal(read_dataset(path), uninterrupted)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rom.bodies.readers.found import FoundMatrices, from_triplets, joined
+from rom.bodies.readers.found import FoundMatrices, from_triplets, given_names, joined
 
 KINDS = {"STIF": "stiffness", "MASS": "mass", "DMPV": "viscous", "DMPS": "loss"}
 
@@ -33,7 +33,7 @@ def read(path: Path) -> FoundMatrices:
     if widths == {5}:
         matrices, labels = joined({name: (table[:, :2].astype(np.int64), table[:, 2:4].astype(np.int64), table[:, 4])
                                    for name, table in tables.items()})
-        return FoundMatrices("Abaqus matrix input", matrices, labels, roles, notes)
+        return FoundMatrices("Abaqus matrix input", matrices, labels, roles, notes, given_names(path))
     if widths != {3}:
         raise ValueError(f"{path.name} has lines of {' and '.join(map(str, sorted(widths)))} numbers: Abaqus writes 3 "
                          "(FORMAT=COORDINATE) or 5 (FORMAT=MATRIX INPUT), in all files of a job alike")

@@ -6,6 +6,7 @@ import importlib
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -39,10 +40,14 @@ class FoundMatrices:
     matrices : dict of (n, n) csr_array
     labels : (n, 2) ndarray of int, optional
         Node and number of the component (see :data:`COMPONENTS`) of each row.
+    names : (n,) ndarray of str, optional
+        Names of the rows where they are no nodes and components.
     roles : dict of str
         Which matrix is what, where the format says so: "stiffness", "mass", "viscous", "loss".
     notes : tuple of str
         What the reader did or left out.
+    given : dict of str
+        Names of nodes that stand for something else, such as the modes of a superelement.
     open_ended : bool
         Whether rows behind the last stored entry may exist, as in lists of entries without a size.
     """
@@ -52,7 +57,9 @@ class FoundMatrices:
     labels: np.ndarray | None = None
     roles: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    given: dict[int, str] = field(default_factory=dict)
     open_ended: bool = False
+    names: np.ndarray | None = None
 
 
 def known_endings() -> list[str]:
@@ -84,6 +91,14 @@ def find_matrices(path: str | Path) -> FoundMatrices:
     reader = importlib.import_module(f"rom.bodies.readers.{READERS[ending(path)][0]}")
     found: FoundMatrices = reader.read(path)
     return found
+
+
+def given_names(path: Path) -> dict[int, str]:
+    """Nodes with names, from comments before everything else such as ``$ scalar point 1001 is mode 1``."""
+    with open(path, encoding="utf-8", errors="replace") as lines:
+        comments = takewhile(lambda line: line.startswith(("$", "**")), lines)
+        found = [re.match(r"(?:\$|\*\*) (?:scalar point|node) (\d+) is (.+)", line) for line in comments]
+    return {int(one[1]): one[2].strip() for one in found if one}
 
 
 def needed(module: str, package: str, extra: str, purpose: str) -> ModuleType:

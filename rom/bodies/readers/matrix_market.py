@@ -1,8 +1,14 @@
-"""Matrix Market files (https://math.nist.gov/MatrixMarket/formats.html); without their first line it is Abaqus's."""
+"""Matrix Market files (https://math.nist.gov/MatrixMarket/formats.html); without their first line it is Abaqus's.
+
+Comments ``%dof NAME``, one for each row, are names of the degrees of freedom.
+"""
 
 from __future__ import annotations
 
+from itertools import takewhile
 from pathlib import Path
+
+import numpy as np
 
 from rom.bodies.readers import abaqus
 from rom.bodies.readers.found import FoundMatrices, as_square
@@ -20,4 +26,9 @@ def read(path: Path) -> FoundMatrices:
         matrix = scipy.io.mmread(path)
     except (ValueError, OverflowError) as error:
         raise ValueError(f"{path.name} is damaged ({error}): write it again") from error
-    return FoundMatrices("Matrix Market", {path.name: as_square(matrix, path.name)})
+    found = as_square(matrix, path.name)
+    with open(path, encoding="utf-8", errors="replace") as lines:
+        comments = takewhile(lambda line: line.startswith("%"), lines)
+        names = [line[4:].strip() for line in comments if line.startswith("%dof ")]
+    return FoundMatrices("Matrix Market", {path.name: found},
+                         names=np.array(names) if len(names) == found.shape[0] else None)

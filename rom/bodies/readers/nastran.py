@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rom.bodies.readers.found import FoundMatrices, joined, needed, square_ones
+from rom.bodies.readers.found import FoundMatrices, given_names, joined, needed, square_ones
 
 ROLES = (("K4", "loss"), ("K", "stiffness"), ("M", "mass"), ("B", "viscous"))
 """How the names of Nastran's matrices begin: KAAX, MAAX, BAAX, K4AAX, K2GG ..."""
@@ -61,7 +61,7 @@ def _read_dmig(path: Path) -> FoundMatrices:
         tables[name] = labels[:, :2], labels[:, 2:], values if np.iscomplexobj(values) and values.imag.any() \
             else values.real
     matrices, labels = joined(tables)
-    return FoundMatrices("Nastran DMIG", matrices, labels, _roles(matrices))
+    return FoundMatrices("Nastran DMIG", matrices, labels, _roles(matrices), given=given_names(path))
 
 
 def _roles(names: dict) -> dict[str, str]:

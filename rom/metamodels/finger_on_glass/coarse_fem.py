@@ -34,6 +34,7 @@ class PathCoarseFem(PathDirect):
     name: ClassVar[str] = "coarse-fem"
     summary: ClassVar[str] = "follows the path with the same finite elements on a coarser section"
     colour: ClassVar[str] = "#999933"
+    full_order: ClassVar[bool] = False
     slow: ClassVar[int] = 4
 
     @classmethod

@@ -22,6 +22,7 @@ class PathDirect(Metamodel):
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "follows the whole path with the full-order model, strictly converged"
     colour: ClassVar[str] = "#000000"
+    full_order: ClassVar[bool] = True
     slow: ClassVar[int] = 16
 
     @classmethod
