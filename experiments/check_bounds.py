@@ -1,9 +1,9 @@
 """Is any bound broken? Small random models, every method that bounds its error, truth in ball arithmetic.
 
 The truth of each case is the solution of its exact equation in python-flint's balls, which enclose every rounding of
-their own; both for the load as the exact sum of its forces and as summed in double precision. A bound is broken where the
-enclosure of the error lies above it. Models are drawn from seeds (:mod:`analysis.small_models`), so that any violation is
-found again with ``--first SEED --models 1``.
+their own; both for the load as the exact sum of its forces and as summed in double precision. A bound is broken where
+the enclosure of the error lies above it. Models are drawn from seeds (:mod:`analysis.small_models`), so that any
+violation is found again with ``--first SEED --models 1``.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Truth:
         return sum((part.transpose() * (self.elastic * part))[0, 0] for part in parts)
 
     def least_errors(self, truths: list[acb_mat], value: np.ndarray) -> tuple[float, float]:
-        """Smallest possible error in the energy norm, absolute and relative, of one answer: the larger of both loads."""
+        """Smallest possible energy norm of an answer's error, absolute and relative: the larger of both loads."""
         absolute, share = [], []
         for truth in truths:
             miss, size = self.energy(_balls(value[:, None]) - truth), self.energy(truth)
@@ -211,8 +211,8 @@ def main() -> int:
             tightness[one.method].append(one.bound / one.error if one.error > 0 else np.nan)
             if one.broken:
                 broken.append(one)
-                print(f"BROKEN  seed {one.seed} ({one.kind}), {one.method}, case {one.case}: error {one.error:.3e} above "
-                      f"{one.bound:.3e}", flush=True)
+                print(f"BROKEN  seed {one.seed} ({one.kind}), {one.method}, case {one.case}: "
+                      f"error {one.error:.3e} above {one.bound:.3e}", flush=True)
         if done % 500 == 0:
             print(f"{done:,} models, {checked:,} bounds, {len(broken)} broken, "
                   f"{time.perf_counter() - start:.0f} s", flush=True)

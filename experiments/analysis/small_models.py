@@ -1,4 +1,4 @@
-"""Small models on which bounds may fail: clusters, cancellation, weak holds, scales from 1e-30 to 1e30, dense and sparse."""
+"""Small models on which bounds may fail: clusters, cancellation, weak holds, scales from 1e-30 to 1e30."""
 
 from __future__ import annotations
 

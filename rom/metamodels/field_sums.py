@@ -1,7 +1,8 @@
 """Complex sums of real stored fields, added up in double precision whatever the fields are stored in.
 
-Real and imaginary part share one pass over memory, which is what an answer costs. Fields in single precision halve that
-memory, and their sum is rounded once, at the end: a sum in single precision would err by as many roundings as it has terms.
+Real and imaginary part share one pass over memory, which is what an answer costs. Fields in single precision halve
+that memory, and their sum is rounded once, at the end: a sum in single precision would err by as many roundings as it
+has terms.
 """
 
 from __future__ import annotations

@@ -56,7 +56,8 @@ def to_dataset(model: Any, declared: Iterable[Stored], prefix: str = "") -> xr.D
 
     Those of its parts stand under the parts' names, as ``prefix`` says.
     """
-    data, attributes = xr.Dataset(), {}
+    data = xr.Dataset()
+    attributes: dict[str, Any] = {}
     for entry in declared:
         name = prefix + entry.attribute.lstrip("_")
         value = getattr(model, entry.attribute)
