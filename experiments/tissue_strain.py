@@ -258,7 +258,7 @@ def tables(results: xr.Dataset) -> list[str]:
     peak = moving["strain_error_max"].max(("frequency", "direction")).transpose("method", "depth").values
     strain_error, other = errors_in_vibration(results)
     depths = [str(name) for name in results["depth"].values]
-    head = ["method", "displacement,<br>whole field", *(f"strain,<br>{html.text(name)}" for name in depths)]
+    head = ["method", html.named("displacement", "whole field"), *(html.named("strain", str(name)) for name in depths)]
     rows = [("", [html.named(str(name)), html.cell(words.error(whole[i])),
                   *(html.cell(words.error(strain_error[i, k]), f"displacement {words.error(other[i, k])}, "
                               f"largest strain {words.error(peak[i, k])}") for k in range(len(depths)))])

@@ -286,17 +286,17 @@ class Results:
         found = []
         for name, one in self._of_cases.items():
             unit, title = one.attrs.get("units", ""), str(one.attrs.get("long_name", name.replace("_", " ")))
-            if one.ndim == 1 and (one.dtype.kind == "f" or len(np.unique(one.values)) <= CATEGORIES):
-                found.append(Input(name, f"{title} [{unit}]" if unit else title, one.values))
-            elif one.ndim == 2 and one.dtype.kind in "iu":
-                other = next(str(dim) for dim in one.dims if dim != "case")
-                found.append(Input(name, f"number of {other}s", (one.transpose("case", ...).values >= 0).sum(axis=1)))
+            lists = one.values
+            if one.ndim == 2 and one.dtype.kind != "f" and one.shape[1] > 1:
+                found.append(Input(name, f"number of {one.dims[1]}s", _present(lists).sum(axis=1)))
+            elif (one.ndim == 1) if one.dtype.kind == "f" else len(np.unique(lists)) <= CATEGORIES:
+                found.append(Input(name, f"{title} [{unit}]" if unit not in ("", "1") else title, lists.ravel()))
         return [one for one in found if len(np.unique(one.values)) > 1]
 
     @cached_property
     def _of_cases(self) -> dict[str, xr.DataArray]:
         """What describes a case; whole numbers count rows or parts of a split and do not."""
-        return {str(name): self.data[name] for name, one in self.data.variables.items()
+        return {str(name): self.data[name].transpose("case", ...) for name, one in self.data.variables.items()
                 if "case" in one.dims and "entry" not in one.dims and not (one.ndim == 1 and one.dtype.kind in "iub")}
 
     def worst_case(self, entry: int) -> int | None:
@@ -311,8 +311,9 @@ class Results:
         case, parts = self.worst_case(entry), []
         for name, one in self._of_cases.items() if case is not None else ():
             value = one.isel(case=case)
-            if one.ndim == 2 and one.dtype.kind in "iu":
-                parts.append(f"{name.replace('_', ' ')} {words.listed([str(v) for v in value.values if v >= 0])}")
+            if one.ndim == 2 and one.dtype.kind != "f":
+                listed = words.listed([str(one) for one in value.values[_present(value.values)]])
+                parts.append(f"{name.replace('_', ' ')} {listed}")
             elif one.ndim == 1 and one.dtype.kind == "f":
                 parts.append(f"{name.replace('_', ' ')} {words.measure(float(value), one.attrs.get('units', ''))}")
             elif one.ndim == 1:
@@ -331,6 +332,11 @@ class Results:
         """A global attribute that holds JSON; None where absent."""
         value = self.data.attrs.get(name)
         return json.loads(value) if isinstance(value, str) and value else None
+
+
+def _present(values: np.ndarray) -> np.ndarray:
+    """Which entries of lists of names hold one: no negative number, no empty word."""
+    return values >= 0 if values.dtype.kind in "iu" else values.astype(str) != ""
 
 
 def medians(values: np.ndarray) -> np.ndarray:

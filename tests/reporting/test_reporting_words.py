@@ -87,6 +87,18 @@ def test_inputs_are_what_varies_from_case_to_case():
     assert [one.name for one in Results(make_contact()).inputs] == ["variant", "c", "friction", "normal_force"]
 
 
+def test_named_loads_are_an_input_where_they_are_few():
+    data = make("static", cases=40)
+    one = data.drop_vars(["load_node", "force"], errors="ignore").assign_coords(
+        load=(("case", "force"), np.array([["a"], ["b"]])[np.arange(40) % 2]), hard_region=data["hard_region"])
+    assert [(given.name, set(given.values)) for given in Results(one).inputs] == [("load", {"a", "b"})]
+    assert Results(one).case_words(1) in ("load a", "load b")
+    two = one.drop_vars("load").assign_coords(load=(("case", "force"), np.array([["a", ""], ["a", "b"]])[
+        np.arange(40) % 2]))
+    assert [(given.title, set(given.values)) for given in Results(two).inputs] == [("number of forces", {1, 2})]
+    assert {Results(two).case_words(k) for k in range(4)} <= {"load a", "load a and b"}
+
+
 def test_a_long_axis_needs_no_exponents():
     unit, factor = _scaled(xr.DataArray([2e-5, -4e-5], attrs={"units": "m2"}))
     assert (unit, factor) == ("10⁻⁶ m2", pytest.approx(1e6))
