@@ -19,6 +19,7 @@ from rom.commands.progress import bar
 from rom.commands.seed import seed
 from rom.errors import RomError
 
+
 def main(argv: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     arguments = _parser().parse_args(argv)

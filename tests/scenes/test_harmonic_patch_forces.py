@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 from energy import residuals
 
-from rom.relative import relative_errors
 from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.scenes import NO_FORCE, CaseArrays, get_scene, scene_from_json
 
 SETTINGS = {"direct": {}, "direct-reused": {}, "modal": {"modes": 12}, "modal-static": {"modes": 12},

@@ -4,10 +4,9 @@
 import numpy as np
 import pytest
 import xarray as xr
+from hostile import HOSTILE, numbers, one_line, refuses_or_makes, things
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from hostile import HOSTILE, numbers, one_line, refuses_or_makes, things
 
 from rom.errors import RomError
 from rom.metamodels import create
