@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import base64
 import contextlib
 import errno
-import hashlib
 import logging
-import re
 import signal
 import socket
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -23,6 +20,7 @@ from rom.interactive.connection import Connection, Desk
 from rom.interactive.door import Door, Visitor, refusal, why_foreign
 from rom.interactive.download import FORMATS, field_file
 from rom.interactive.engine import Engine
+from rom.interactive.policy import policy
 from rom.interactive.state import from_query
 from rom.interactive.wire import LARGEST_REQUEST
 
@@ -73,10 +71,11 @@ class Site:
                       if path.is_file() and not path.is_symlink()}
         self.sockets: set[web.WebSocketResponse] = set()
         self.downloads = 0
+        allowed = policy(self.files["index.html"].read_text(encoding="utf-8"), scripts=("'self'",), others=("'self'",))
         self.headers = {
-            "Content-Security-Policy": self._policy(), "X-Content-Type-Options": "nosniff",
-            "X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache",
-            "Cross-Origin-Resource-Policy": "same-origin"}
+            "Content-Security-Policy": f"{allowed}; frame-ancestors 'none'",
+            "X-Content-Type-Options": "nosniff", "X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer",
+            "Cache-Control": "no-cache", "Cross-Origin-Resource-Policy": "same-origin"}
 
     # ---- who may ask ----------------------------------------------------------------------------------------
 
@@ -114,19 +113,6 @@ class Site:
         except Exception:  # a fault of ours must not show its insides
             log.exception("a request could not be answered")
             return refusal(500, "the server could not answer this: its log says why", self.headers)
-
-    def _policy(self) -> str:
-        """Scripts from here alone, and those within the page by their digest."""
-        digests = []
-        if "index.html" in self.files:
-            text = self.files["index.html"].read_text(encoding="utf-8")
-            for script in re.findall(r"<script(?![^>]*\ssrc=)[^>]*>(.*?)</script>", text, re.DOTALL):
-                digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-                digests.append(f"'sha256-{digest}'")
-        return "; ".join([
-            "default-src 'none'", f"script-src {' '.join([chr(39) + 'self' + chr(39), *digests])}",
-            "style-src 'self' 'unsafe-inline'", "img-src 'self' data: blob:", "connect-src 'self'", "font-src 'self'",
-            "worker-src 'self' blob:", "base-uri 'none'", "form-action 'none'", "frame-ancestors 'none'"])
 
     # ---- what can be asked for ------------------------------------------------------------------------------
 
