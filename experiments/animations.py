@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import script
 import xarray as xr
+from presentation.animation import DRAWN_AS, Vibration, film
+from presentation.interactive import write_interactive
 
 from rom.fingertip import DIRECTIONS
 from rom.fullorder import SecondOrderModel
 from rom.reporting import words
-from rom.reporting.animation import DRAWN_AS, Vibration, film
-from rom.reporting.interactive import write_interactive
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import PALMAR, draw_skin
 from rom.scenes.scene import AXES
 
@@ -129,7 +129,7 @@ def forced_cases(results: xr.Dataset) -> list[Vibration]:
             for f, frequency in enumerate(results["frequency"].values)]
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Both animations, and the cases that are farthest from a standing wave, phase by phase."""
     surface = _surface(results)
     free, forced = free_modes(results), forced_cases(results)
@@ -148,7 +148,7 @@ def draw(results: xr.Dataset) -> list[Plate]:
         _film_strip(results, surface)]
 
 
-def _film_strip(results: xr.Dataset, surface: tuple[np.ndarray, np.ndarray]) -> Plate:
+def _film_strip(results: xr.Dataset, surface: tuple[np.ndarray, np.ndarray]) -> Figure:
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -178,12 +178,12 @@ def _film_strip(results: xr.Dataset, surface: tuple[np.ndarray, np.ndarray]) -> 
     figure.colorbar(ScalarMappable(Normalize(0, 1), "viridis"), cax=bands[-1].add_axes((0.2, 0.7, 0.6, 0.17)),
                     orientation="horizontal").set_label(
         "displacement at that phase / largest amplitude [-]", fontsize=9)
-    return Plate("half-a-cycle.png", figure,
-                 "For each direction the frequency at which most of the motion is out of phase, at six phases of half "
-                 "a cycle (0° where the force is largest; the other half is the same with opposite signs). A standing "
-                 "wave would keep one pattern and only fade. The largest amplitude of a row is drawn as "
-                 f"{DRAWN_AS:g} mm.",
-                 "Skin of the fingertip at six phases of half a cycle under forces in three directions")
+    return Figure("half-a-cycle.png", figure,
+                  "For each direction the frequency at which most of the motion is out of phase, at six phases of half "
+                  "a cycle (0° where the force is largest; the other half is the same with opposite signs). A standing "
+                  "wave would keep one pattern and only fade. The largest amplitude of a row is drawn as "
+                  f"{DRAWN_AS:g} mm.",
+                  "Skin of the fingertip at six phases of half a cycle under forces in three directions")
 
 
 def extra(results: xr.Dataset, folder: Path) -> list[Path]:

@@ -21,7 +21,7 @@ from rom.comparison.errors import energy_errors
 from rom.datasets import solve_cases
 from rom.datasets.schema import dataset_attributes
 from rom.metamodels import Metamodel, ValidityWarning, create
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 from rom.scenes import CaseArrays, Scene, get_scene
 
 MODELS: dict[str, tuple[str, str, dict[str, Any]]] = {
@@ -163,7 +163,7 @@ def findings(results: xr.Dataset) -> list[str]:
     return told
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Bound over error: every point on or above the diagonal."""
     figure = sheet(5.6, findings(results)[0], width=8.5)
     axes = figure.subplots()
@@ -179,8 +179,8 @@ def draw(results: xr.Dataset) -> list[Plate]:
     axes.set_xlabel("true relative energy error [-]")
     axes.set_ylabel("bound [-]")
     axes.legend(fontsize=7)
-    return [Plate("figure.png", figure, "Each point is a random case; on the line the bound would equal the error.",
-                  "Bound over true energy error")]
+    return [Figure("figure.png", figure, "Each point is a random case; on the line the bound would equal the error.",
+                   "Bound over true energy error")]
 
 
 if __name__ == "__main__":

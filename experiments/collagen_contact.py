@@ -14,14 +14,14 @@ import collagen_contact_claims as claims
 import numpy as np
 import script
 import xarray as xr
+from analysis.contact_outputs import RECEPTOR_DEPTH, receptor_strain, stretches
 from collagen_contact_claims import PROFILE, Measures, judge, mean_of, measures, profiles
+from collagen_contact_figures import draw
 from collagen_contact_findings import findings, tables
 from collagen_contact_paths import FORCE, PRESSING, SLIDING, Run, followed, runs
-from collagen_contact_plates import draw
 
-from rom.collagen.finger import State
-from rom.collagen.outputs import RECEPTOR_DEPTH, receptor_strain, stretches
-from rom.collagen.tissue import VARIANTS
+from rom.finger_on_glass.finger import State
+from rom.finger_on_glass.tissue import VARIANTS
 
 TRAVELS = (0.0, 2.0, 3.0, 4.0)
 """Of the published profiles [mm]."""
@@ -155,7 +155,7 @@ def _on_positions(path: xr.Dataset) -> int:
 
 
 def _meaning(name: str) -> dict[str, str]:
-    from rom.collagen.record import SCALARS
+    from rom.finger_on_glass.record import SCALARS
 
     _, _, units, spoken = SCALARS[name]
     return {"long_name": spoken, "units": units}

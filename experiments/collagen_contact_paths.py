@@ -18,12 +18,12 @@ import script
 import xarray as xr
 
 from rom.cache import cached_path
-from rom.collagen.finger import Finger
-from rom.collagen.path import VISCOSITIES, LoadPath, follow
-from rom.collagen.record import recorded, settings
-from rom.collagen.section import Section
-from rom.collagen.tissue import VARIANTS, Tissue
 from rom.datasets.storage import read_netcdf, write_netcdf
+from rom.finger_on_glass.finger import Finger
+from rom.finger_on_glass.path import VISCOSITIES, LoadPath, follow
+from rom.finger_on_glass.record import recorded, settings
+from rom.finger_on_glass.section import Section
+from rom.finger_on_glass.tissue import VARIANTS, Tissue
 from rom.provenance import source_digest, usable_cores
 
 FORCE, HIGHEST, TRAVEL = 0.5, 2.0, 8.0
@@ -70,7 +70,8 @@ class Run:
     def recipe(self) -> dict[str, Any]:
         inputs = {name: str(value) if value == np.inf else value for name, value in settings(self.finger).items()}
         return inputs | {"normal_force": self.path.normal_force, "travel": self.path.travel,
-                         "viscosities": self.viscosities, "source": source_digest("collagen")}
+                         "viscosities": self.viscosities,
+                         "source": source_digest("rom.finger_on_glass.path", "rom.finger_on_glass.finger")}
 
 
 def finger_of(variant: str, rays: int, layers: int, seed: int = 0,

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
+from analysis.motion import at_largest_motion
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
@@ -20,11 +21,10 @@ from rom.datasets import read_dataset, solve_dataset
 from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
 from rom.reporting import html, words
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import draw_skin
 from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import magnitudes, moving_nodes, sweep_cases
-from rom.vibration.motion import at_largest_motion
 from rom.vibration.published import published
 
 FREQUENCIES = (0.0, 50.0, 100.0, 150.0, 200.0, 250.0)
@@ -141,7 +141,7 @@ def tables(results: xr.Dataset) -> list[str]:
 
 # ---- figures ------------------------------------------------------------------------------------------------
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """The same shapes by relative and by absolute displacement."""
     agree = int((_away(results) == (results["published_away"] == 1)).sum())
     largest = 1e6 * results["largest_displacement"]
@@ -155,12 +155,13 @@ def draw(results: xr.Dataset) -> list[Plate]:
     absolute = _sheet(results, title, largest, LogNorm(high / 1e2, high), "displacement [µm], one scale for all",
                       scaled=False)
     force = results.attrs["force"]
-    return [Plate("relative.png", relative, f"Displacement amplitude of the skin under {force:g} N, each panel by its "
-                  "own largest, drawn at the phase of largest motion, exaggerated to 2 mm; seen from the pad's side, "
-                  "the tip to the right. Black dot: centre of the load. Below each panel: its largest displacement of "
-                  "any node and where it lies.", "Skin coloured by relative displacement over direction and frequency"),
-            Plate("absolute.png", absolute, f"The same under {force:g} N on one logarithmic scale, undeformed.",
-                  "Skin coloured by absolute displacement over direction and frequency")]
+    return [Figure("relative.png", relative, f"Displacement amplitude of the skin under {force:g} N, each panel by its "
+                   "own largest, drawn at the phase of largest motion, exaggerated to 2 mm; seen from the pad's side, "
+                   "the tip to the right. Black dot: centre of the load. Below each panel: its largest displacement of "
+                   "any node and where it lies.", "Skin coloured by relative displacement over direction and "
+                   "frequency"),
+            Figure("absolute.png", absolute, f"The same under {force:g} N on one logarithmic scale, undeformed.",
+                   "Skin coloured by absolute displacement over direction and frequency")]
 
 
 def _sheet(results: xr.Dataset, title: str, largest: xr.DataArray, norm, label: str, scaled: bool):

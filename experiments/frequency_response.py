@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
-from frequency_response_plates import DIRECT, ERROR_BAR, draw, hertz
+from frequency_response_figures import DIRECT, ERROR_BAR, draw, hertz
 
 from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset

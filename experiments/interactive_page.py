@@ -21,7 +21,7 @@ import xarray as xr
 from rom.interactive.export import export_page
 from rom.interactive.models import REFERENCE, Models
 from rom.interactive.surface_model import compress, deviation, from_bytes, to_bytes
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 
 PAGES = ("served", "exported")
 MOVES, PAUSE_MS = 100, 90
@@ -216,7 +216,7 @@ def findings(results: xr.Dataset) -> list[str]:
     return sentences
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """The share of moves that were on screen within a time."""
     figure = sheet(4.0, findings(results)[0], width=8.5)
     axes = figure.subplots()
@@ -229,8 +229,8 @@ def draw(results: xr.Dataset) -> list[Plate]:
     axes.set_xlabel("from slider to picture [ms]")
     axes.set_ylabel("share of the moves [-]")
     axes.legend()
-    return [Plate("figure.png", figure, "Time from a move of the frequency slider to the painted picture.",
-                  "Distribution of the time from slider to picture")]
+    return [Figure("figure.png", figure, "Time from a move of the frequency slider to the painted picture.",
+                   "Distribution of the time from slider to picture")]
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from matplotlib.colors import LogNorm
 from rom.comparison.errors import relative_errors
 from rom.datasets import solve_cases
 from rom.metamodels import create
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 from rom.scenes import CaseArrays, get_scene
 
 
@@ -50,7 +50,7 @@ def findings(results: xr.Dataset) -> list[str]:
 
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Heat map of the error, the numbers written in."""
     figure = sheet(4.4, findings(results)[0], width=7.5)
     axes = figure.subplots()
@@ -63,8 +63,8 @@ def draw(results: xr.Dataset) -> list[Plate]:
     axes.set_xlabel("load-dependent vectors of each load")
     axes.set_ylabel("modes kept")
     figure.colorbar(image, label="largest relative error [-]")
-    return [Plate("figure.png", figure, "Largest relative error of the field over loads, frequencies and loss factors.",
-                  "Heat map of error over modes and load-dependent vectors")]
+    return [Figure("figure.png", figure, "Largest relative error of the field over loads, frequencies and loss "
+                   "factors.", "Heat map of error over modes and load-dependent vectors")]
 
 
 if __name__ == "__main__":

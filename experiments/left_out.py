@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 import script
 import xarray as xr
-from left_out_plates import draw
+from left_out_figures import draw
 
 from rom.reporting import html, words
 from rom.scenes import SCENES

@@ -9,7 +9,7 @@ import script
 import xarray as xr
 
 from rom.fullorder import SecondOrderModel
-from rom.reporting.plate import Plate, sheet
+from rom.reporting.figure import Figure, sheet
 
 RATIOS = (0.48, 0.495, 0.499, 0.4999)
 FORMULATIONS = ("full", "b-bar")
@@ -40,7 +40,7 @@ def findings(results: xr.Dataset) -> list[str]:
 
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Both formulations over the distance from incompressibility."""
     figure = sheet(4.2, findings(results)[0], width=7.5)
     axes = figure.subplots()
@@ -52,8 +52,8 @@ def draw(results: xr.Dataset) -> list[Plate]:
     axes.set_xlabel("0.5 - Poisson's ratio of dermis and hypodermis [-]")
     axes.set_ylabel("first natural frequency [Hz]")
     axes.legend()
-    return [Plate("figure.png", figure, "First natural frequency as dermis and hypodermis become incompressible.",
-                  "First frequency over the distance from incompressibility")]
+    return [Figure("figure.png", figure, "First natural frequency as dermis and hypodermis become incompressible.",
+                   "First frequency over the distance from incompressibility")]
 
 
 if __name__ == "__main__":

@@ -12,13 +12,19 @@ from dataclasses import replace
 import numpy as np
 import script
 import xarray as xr
+from analysis.convergence import extrapolate
+from analysis.mesh_ladder import LADDER, QUICK_LADDER, modes_on
+from analysis.mode_pairing import pair_modes
+from presentation.mesh_convergence import (
+    FITTED,
+    STUDIED,
+    convergence_figures,
+    convergence_findings,
+    convergence_tables,
+)
 
 from rom.fingertip import PRESETS, Fingertip, MeshDensity
-from rom.reporting.mesh_convergence import FITTED, STUDIED, convergence_findings, convergence_plates, convergence_tables
-from rom.reporting.plate import Plate
-from rom.vibration.convergence import extrapolate
-from rom.vibration.mesh_ladder import LADDER, QUICK_LADDER, modes_on
-from rom.vibration.mode_pairing import pair_modes
+from rom.reporting.figure import Figure
 from rom.vibration.published import published, published_frequencies
 
 FORMULATIONS = ("full", "b-bar")
@@ -120,9 +126,9 @@ def findings(results: xr.Dataset) -> list[str]:
     return convergence_findings(results)
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Frequencies over nodes, changes against the criterion, distance from the limit, cost."""
-    return convergence_plates(results)
+    return convergence_figures(results)
 
 
 def tables(results: xr.Dataset) -> list[str]:

@@ -1,7 +1,7 @@
 """Which natural modes carry a vibrating force on the finger pad, direction by direction and frequency by frequency.
 
-Shares of strain energy, after the modes' orthogonality (rom/vibration/participation.py); what the kept modes leave is
-the residual, which a truncated superposition loses.
+Shares of strain energy, after the modes' orthogonality (`analysis.participation`); what the kept modes leave is the
+residual, which a truncated superposition loses.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import script
 import xarray as xr
+from analysis.participation import energy_shares, participation, static_shares
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
@@ -16,11 +17,10 @@ from matplotlib.colors import LogNorm, Normalize
 from rom.fingertip import DIRECTIONS
 from rom.metamodels.modal import ModalKrylov
 from rom.reporting import html, words
-from rom.reporting.plate import Plate, legend_below, sheet, tidy
+from rom.reporting.figure import Figure, legend_below, sheet, tidy
 from rom.scenes import HarmonicPatchForces, get_scene
 from rom.vibration.frequency_response import frequency_response, sweep_cases
 from rom.vibration.parity import parity
-from rom.vibration.participation import energy_shares, participation, static_shares
 
 MODES, VECTORS = 12, 10
 TABLED = (50.0, 100.0, 150.0, 200.0, 250.0)
@@ -135,12 +135,12 @@ def _percent(value: float | xr.DataArray) -> str:
 
 # ---- figures ------------------------------------------------------------------------------------------------
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Static shares, shares over frequency, the residual."""
     return [_static(results), _over_frequency(results), _residual(results)]
 
 
-def _static(results: xr.Dataset) -> Plate:
+def _static(results: xr.Dataset) -> Figure:
     share = results["static_share"]
     figure = sheet(3.5, "At rest the kept modes leave " + words.listed([
         f"{_percent(share.sel(direction=name, carrier=RESIDUAL))} ({name})" for name in DIRECTIONS])
@@ -157,12 +157,12 @@ def _static(results: xr.Dataset) -> Plate:
     axes.set_yticks(range(len(DIRECTIONS)), DIRECTIONS)
     axes.set_xlabel("mode and its natural frequency")
     figure.colorbar(image, label="share of static\nstrain energy [-]")
-    return Plate("static.png", figure, "Share of the strain energy of a steady patch force that each natural mode "
-                 "carries; the last column is what all other modes carry together.",
-                 "Heat map of static shares over mode")
+    return Figure("static.png", figure, "Share of the strain energy of a steady patch force that each natural mode "
+                  "carries; the last column is what all other modes carry together.",
+                  "Heat map of static shares over mode")
 
 
-def _over_frequency(results: xr.Dataset) -> Plate:
+def _over_frequency(results: xr.Dataset) -> Figure:
     strain = results["strain_share"]
     peaks = results["receptance"].sel(measure="whole").idxmax("frequency")
     figure = sheet(4.8, "What carries the strain energy at the resonances: " + "; ".join(
@@ -181,12 +181,12 @@ def _over_frequency(results: xr.Dataset) -> Plate:
     axes[0].set_yticks(range(strain.sizes["carrier"]), strain["carrier"].values)
     axes[0].set_ylabel("mode")
     figure.colorbar(ScalarMappable(norm, colormaps["cividis"]), ax=axes, label="share of strain energy [-]")
-    return Plate("frequency.png", figure, "Share of the strain energy that each mode carries as the frequency rises; "
-                 "white marks: natural frequencies; \"left\": what the kept modes leave.",
-                 "Heat maps of strain energy share over frequency and mode")
+    return Figure("frequency.png", figure, "Share of the strain energy that each mode carries as the frequency rises; "
+                  "white marks: natural frequencies; \"left\": what the kept modes leave.",
+                  "Heat maps of strain energy share over frequency and mode")
 
 
-def _residual(results: xr.Dataset) -> Plate:
+def _residual(results: xr.Dataset) -> Figure:
     strain, kinetic = (results[name].sel(carrier=RESIDUAL) for name in ("strain_share", "kinetic_share"))
     figure = sheet(4.2, f"Beyond {results.sizes['mode']} modes lie up to {_percent(strain.max())} of the strain "
                    f"energy and {_percent(kinetic.max())} of the kinetic energy")
@@ -199,8 +199,8 @@ def _residual(results: xr.Dataset) -> Plate:
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel("share of energy left by the modes [-]")
     legend_below(figure, [axes], columns=3)
-    return Plate("residual.png", figure, "Energy that the kept modes leave to all others, as shares of the strain and "
-                 "of the kinetic energy.", "Energy share beyond the kept modes over frequency")
+    return Figure("residual.png", figure, "Energy that the kept modes leave to all others, as shares of the strain and "
+                  "of the kinetic energy.", "Energy share beyond the kept modes over frequency")
 
 
 if __name__ == "__main__":

@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
-from sensitivity_plates import draw, off_similarity, ranking, spoken
+from analysis.receptance_sensitivity import receptance_sensitivity, reduced_receptance_sensitivity
+from analysis.tissue_damped_rom import TissueDampedModel
+from sensitivity_figures import draw, off_similarity, ranking, spoken
 
 from rom.fingertip import DIRECTIONS, Fingertip
 from rom.fullorder import Modes, SecondOrderModel
 from rom.reporting import html, words
 from rom.vibration.matrix_derivatives import projected_derivatives
 from rom.vibration.parameters import parameters, with_parameter
-from rom.vibration.receptance_sensitivity import receptance_sensitivity, reduced_receptance_sensitivity
 from rom.vibration.resonance import highest_peak
 from rom.vibration.sensitivity import frequency_sensitivity
-from rom.vibration.tissue_damped_rom import TissueDampedModel
 
 MODES = 8
 KEPT, VECTORS = 30, 4

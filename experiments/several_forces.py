@@ -12,14 +12,14 @@ from collections.abc import Iterator
 import numpy as np
 import script
 import xarray as xr
-from several_forces_plates import draw
+from analysis.motion import ellipse_axes, travelling_index
+from several_forces_figures import draw
 
 from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset
 from rom.metamodels import create
 from rom.reporting import html, words
 from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
-from rom.vibration.motion import ellipse_axes, travelling_index
 
 FREQUENCIES = (50.0, 100.0, 150.0, 200.0, 250.0)
 APART = 3e-3

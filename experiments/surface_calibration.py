@@ -1,6 +1,6 @@
 """What do the published facts say about the surfaces that the tables leave open, and which facts disagree?
 
-Table 1 gives dimensions, not surfaces.  Nine numbers describe the family (`rom.vibration.surface_fit.FAMILY`); they are
+Table 1 gives dimensions, not surfaces.  Nine numbers describe the family (`analysis.surface_fit.FAMILY`); they are
 fitted to the published volume, five frequencies and the order of the modes with either rear, on a cheap mesh with exact
 frequency derivatives and factors to the real mesh found at the start.  Each fact is then left out in turn, to see
 whether the others predict it, and the eighth frequency is pulled up and down, to see what it costs the rest.
@@ -14,15 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import script
-import surface_calibration_plates as plates
+import surface_calibration_figures as figures
 import xarray as xr
-
-from rom.cache import cached_path
-from rom.datasets.storage import whole_file
-from rom.errors import AnatomyError
-from rom.fingertip import PRESETS, Anatomy, MeshDensity, build_mesh
-from rom.provenance import source_digest
-from rom.vibration.surface_fit import (
+from analysis import surface_fit
+from analysis.surface_fit import (
     FAMILY,
     LABELS,
     MARGIN,
@@ -34,6 +29,12 @@ from rom.vibration.surface_fit import (
     characteristics,
     fit_surface,
 )
+
+from rom.cache import cached_path
+from rom.datasets.storage import whole_file
+from rom.errors import AnatomyError
+from rom.fingertip import PRESETS, Anatomy, MeshDensity, build_mesh
+from rom.provenance import source_digest
 
 CHEAP, QUICK_CHEAP = MeshDensity((10, 10), 5, 5, (1, 1, 2, 3)), MeshDensity((6, 6), 3, 3, (1, 1, 1, 2))
 PLAIN = {name: one.plain for name, one in FAMILY.items()}
@@ -113,7 +114,7 @@ def _fit(facts: Facts, density: MeshDensity, correction: tuple[np.ndarray, float
     """Shape, cost and number of shapes looked at; kept, so that a run that was cut off goes on."""
     recipe = {"facts": asdict(facts), "density": density.to_dict(), "start": start, "evaluations": evaluations,
               "correction": [correction[0].round(9).tolist(), round(correction[1], 9)],
-              "source": source_digest("fullorder", "fingertip", "vibration/surface_fit.py")}
+              "source": source_digest(surface_fit.__file__)}
     path = cached_path("surface-fits", recipe, ".json")
     if not path.exists():
         fit = fit_surface(facts, density, correction, start=start, evaluations=evaluations)
@@ -164,4 +165,4 @@ def _of(found: Characteristics, labels: tuple[str, ...]) -> float:
 
 
 if __name__ == "__main__":
-    script.run(main, plates.draw, plates.findings, "surface-calibration", tables=plates.tables)
+    script.run(main, figures.draw, figures.findings, "surface-calibration", tables=figures.tables)

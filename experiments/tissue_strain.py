@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
-from tissue_strain_plates import at, draw, errors_in_vibration, percent
+from tissue_strain_figures import at, draw, errors_in_vibration, percent
 
 from rom.comparison.errors import relative_errors
 from rom.datasets import solve_cases

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
-from train_networks_plates import draw, findings, tables
+from train_networks_figures import draw, findings, tables
 
 from rom.cache import cached_path
 from rom.comparison.full_scale.network_errors import network_errors

@@ -12,13 +12,14 @@ from dataclasses import replace
 import numpy as np
 import script
 import xarray as xr
+from analysis.mode_pairing import on_common_dofs, pair_modes
+from presentation import mode_tables
+from presentation.published_facts import DESCRIBED, FREQUENCY_TOLERANCE, Fact, elsewhere, facts, rises, with_facts
 
-from rom.reporting import mode_tables, words
+from rom.reporting import words
+from rom.reporting.figure import Figure, sheet, tidy
 from rom.reporting.mode_shapes import Shape, magnitude_sheet, normal_sheet
-from rom.reporting.plate import Plate, sheet, tidy
-from rom.reporting.published_facts import DESCRIBED, FREQUENCY_TOLERANCE, Fact, elsewhere, facts, rises, with_facts
 from rom.vibration.modal_analysis import ModalAnalysis, analyse_modes, modes_below
-from rom.vibration.mode_pairing import on_common_dofs, pair_modes
 from rom.vibration.published import published, published_frequencies
 
 FORMULATION = "full"
@@ -141,7 +142,7 @@ def _proof(results: xr.Dataset) -> str:
             f"{words.power(float(results['residual'].max()))}.")
 
 
-def draw(results: xr.Dataset) -> list[Plate]:
+def draw(results: xr.Dataset) -> list[Figure]:
     """Shapes of both rears, normal motion, frequencies beside the published ones."""
     return [_shapes(results), _normal(results), _frequencies(results)]
 
@@ -151,7 +152,7 @@ def _geometry(results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return position, results["skin_quads"].values.astype(int)
 
 
-def _shapes(results: xr.Dataset) -> Plate:
+def _shapes(results: xr.Dataset) -> Figure:
     frequency, shape = results["natural_frequency"], results["skin_shape"]
     partner, mac = results["paired_mode"].values, results["pair_mac"].values
     panels = []
@@ -165,14 +166,14 @@ def _shapes(results: xr.Dataset) -> Plate:
     kept = int((partner[:DESCRIBED] == np.arange(1, DESCRIBED + 1)).sum())
     title = (f"Fixing the rear raises the first {DESCRIBED} modes by {100 * rises(results).min():.0f} to "
              f"{100 * rises(results).max():.0f} %; {kept} of {DESCRIBED} keep their number")
-    return Plate("mode-shapes.png", magnitude_sheet(title, *_geometry(results), panels),
-                 "The first modes with the rear free, each beside the mode that it becomes when the rear is fixed, "
-                 "paired by mass-weighted MAC. Seen from the pad's side, the tip to the right; displacements are "
-                 "exaggerated, the largest to 2 mm; amplitude and sign of a mode are arbitrary.",
-                 "Displaced fingertip skin for eight pairs of natural modes, coloured by displacement magnitude")
+    return Figure("mode-shapes.png", magnitude_sheet(title, *_geometry(results), panels),
+                  "The first modes with the rear free, each beside the mode that it becomes when the rear is fixed, "
+                  "paired by mass-weighted MAC. Seen from the pad's side, the tip to the right; displacements are "
+                  "exaggerated, the largest to 2 mm; amplitude and sign of a mode are arbitrary.",
+                  "Displaced fingertip skin for eight pairs of natural modes, coloured by displacement magnitude")
 
 
-def _normal(results: xr.Dataset) -> Plate:
+def _normal(results: xr.Dataset) -> Figure:
     free = results.sel(rear="free")
     frequency, shape, parity = (free[name].values for name in ("natural_frequency", "skin_shape", "parity"))
     met = free["description_met"].values
@@ -183,13 +184,13 @@ def _normal(results: xr.Dataset) -> Plate:
                             f"looks as {f'published mode {fits}' if fits else 'no published mode'}", shape[k]))
     own = sum(bool(met[k, k]) for k in range(DESCRIBED))
     title = f"{own} of {DESCRIBED} modes look as the published mode of the same number, by computed measures"
-    return Plate("normal-motion.png", normal_sheet(title, *_geometry(results), results["skin_normal"].values, panels),
-                 "Motion along the skin's outward normal with the rear free: red and blue are out of phase. Which "
-                 "published description a mode meets is decided by the measures tabulated below, not by the picture.",
-                 "Displaced fingertip skin of eight natural modes, coloured by normal motion")
+    return Figure("normal-motion.png", normal_sheet(title, *_geometry(results), results["skin_normal"].values, panels),
+                  "Motion along the skin's outward normal with the rear free: red and blue are out of phase. Which "
+                  "published description a mode meets is decided by the measures tabulated below, not by the picture.",
+                  "Displaced fingertip skin of eight natural modes, coloured by normal motion")
 
 
-def _frequencies(results: xr.Dataset) -> Plate:
+def _frequencies(results: xr.Dataset) -> Figure:
     frequency = results["natural_frequency"]
     number = results["mode"].values[:SHOWN]
     printed = results["published_frequency"].values[:SHOWN]
@@ -217,9 +218,9 @@ def _frequencies(results: xr.Dataset) -> Plate:
     handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     axes.legend(handles.values(), handles.keys(), frameon=False, fontsize=9, loc="upper left")
     tidy(axes, "y")
-    return Plate("frequencies.png", figure,
-                 "Computed natural frequencies beside those that the study prints; it prints none of modes 3, 5 and 6.",
-                 "Natural frequency over mode number, computed and published")
+    return Figure("frequencies.png", figure,
+                  "Computed natural frequencies beside those that the study prints; it prints none of modes 3, 5 and "
+                  "6.", "Natural frequency over mode number, computed and published")
 
 
 def tables(results: xr.Dataset) -> list[str]:

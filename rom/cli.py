@@ -12,14 +12,12 @@ import os
 import sys
 import warnings
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
-from rom.commands import explain, export_page, frf, modes, path_dataset, serve, slide, stability, train
+from rom.commands import body, dataset, explain, export_page, frf, modes, scenes, serve, slide, train
 from rom.commands.progress import bar
+from rom.commands.seed import seed
 from rom.errors import RomError
-
-LARGEST_SEED = 2**63 - 1
-"""What fits into the attribute of a file."""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -60,25 +58,6 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="rom", description="Reduced-order models of the human fingertip, compared honestly.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
 
-    scenes = commands.add_parser("scenes", help="list the scenes, what each needs and what it leaves out")
-    scenes.set_defaults(run=_scenes)
-
-    dataset = commands.add_parser("dataset", help="make a dataset of a scene, resumable")
-    dataset.add_argument("scene", metavar="SCENE")
-    which = dataset.add_mutually_exclusive_group(required=True)
-    which.add_argument("--cases", type=int, help="cases within the published ranges, solved directly")
-    which.add_argument("--whole", nargs="?", const="published", choices=("published", "beyond"),
-                       help="harmonic-point-force alone: every case of the published grid, or also those beyond it, by "
-                            "a ROM whose residual is checked in each; stored reduced")
-    dataset.add_argument("--beyond", type=int, help="with --cases: further cases outside the ranges (default 0)")
-    dataset.add_argument("--output", type=Path, required=True, metavar="FILE")
-    dataset.add_argument("--seed", type=_seed, default=0)
-    dataset.add_argument("--preset", help="mesh of the linear scenes: metamodel (default) or study")
-    dataset.add_argument("--formulation", help="of the linear scenes: b-bar (default), or full as published")
-    dataset.add_argument("--compress", action="store_true", help="smaller and slower to write")
-    path_dataset.add_options(dataset)
-    dataset.set_defaults(run=_dataset)
-
     compare = commands.add_parser("compare", help="compare the metamodels of a scene and write its report")
     compare.add_argument("scene", metavar="SCENE")
     compare.add_argument("--output", type=Path, required=True, metavar="FOLDER")
@@ -92,67 +71,15 @@ def _parser() -> argparse.ArgumentParser:
     _common(report)
     report.set_defaults(run=_report)
 
-    for command in (explain, export_page, frf, modes, serve, slide, stability, train):  # each a file in rom/commands
+    # each a file in rom/commands
+    for command in (body, dataset, explain, export_page, frf, modes, scenes, serve, slide, train):
         command.add(commands)
     return parser
 
 
-def _seed(text: str) -> int:
-    if not text.isdecimal() or len(text) > 19 or int(text) > LARGEST_SEED:
-        shown = repr(text if len(text) <= 40 else f"{text[:40]}...")
-        raise argparse.ArgumentTypeError(f"{shown} is no seed, give a whole number from zero up to {LARGEST_SEED}")
-    return int(text)
-
-
 def _common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="coarse mesh and few cases: a check, not a result")
-    parser.add_argument("--seed", type=_seed, help="decides cases, splits and networks (default: the report's own)")
-
-
-def _scenes(_: argparse.Namespace) -> None:
-    from rom.comparison.settings import NOT_APPLICABLE
-    from rom.metamodels import applicable
-    from rom.scenes import CONTACT_SCENES, SCENES
-
-    scenes: list[Any] = [*SCENES.values(), *CONTACT_SCENES.values()]
-    for scene in scenes:
-        print(f"{scene.name}: {scene.title}\n  question    {scene.question}")
-        print(f"  gate        {scene.gate:.0%} at the maximum over held-out cases")
-        for heading, entries in (("inputs", scene.inputs), ("needs", scene.needs), ("leaves out", scene.leaves_out)):
-            for i, (name, text) in enumerate(entries.items()):
-                print(f"  {heading if i == 0 else '':<11} {name}: {text}")
-        print(f"  outputs     full field, or the {'contact' if scene.name in CONTACT_SCENES else 'pad surface'} alone")
-        print(f"  methods     {', '.join(applicable(scene.name))}")
-        for i, (name, reason) in enumerate(NOT_APPLICABLE[scene.name].items()):
-            print(f"  {'not' if i == 0 else '':<11} {name}: {reason}")
-        print()
-
-
-def _dataset(arguments: argparse.Namespace) -> None:
-    from rom.datasets import make_dataset, make_whole_dataset
-    from rom.fingertip import Fingertip
-    from rom.scenes import CONTACT_SCENES, get_scene
-
-    if arguments.scene in CONTACT_SCENES:
-        path_dataset.run(arguments)
-        return
-    path_dataset.refuse_options(arguments)
-    tip = Fingertip.preset(arguments.preset or "metamodel", formulation=arguments.formulation or "b-bar")
-    scene = get_scene(arguments.scene, tip)
-
-    def progress(items):
-        return bar(items, "snapshots")
-
-    if arguments.whole:
-        if arguments.beyond is not None or arguments.compress:
-            raise ValueError("--whole takes neither --beyond nor --compress: say `--whole beyond` for the cases "
-                             "outside the published ranges; the file is small already")
-        path = make_whole_dataset(scene, arguments.output, beyond=arguments.whole == "beyond", seed=arguments.seed,
-                                  progress=progress)
-    else:
-        path = make_dataset(scene, arguments.cases, arguments.output, beyond=arguments.beyond or 0,
-                            seed=arguments.seed, compress=arguments.compress, progress=progress)
-    print(path)
+    parser.add_argument("--seed", type=seed, help="decides cases, splits and networks (default: the report's own)")
 
 
 def _compare(arguments: argparse.Namespace) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import platform
 import subprocess
-from collections.abc import Iterable
+import sys
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -56,21 +57,63 @@ def usable_cores() -> int:
 
 
 @cache
-def source_digest(*parts: str) -> str:
-    """sha256 over the package's source files below ``parts`` (folders or files relative to the package)."""
+def source_digest(*modules: str) -> str:
+    """sha256 over the source of modules and of everything of this package that they import, lazily or not.
+
+    Parameters
+    ----------
+    *modules : str
+        Dotted names, such as ``"rom.metamodels.modal"``, or paths of files beside the package.
+    """
     digest = hashlib.sha256()
-    for path in _sources(parts):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode())
-        digest.update(path.read_bytes())
+    for name in import_closure(*modules):
+        digest.update(os.path.basename(name).encode())
+        digest.update(_source(name) or b"")
     return digest.hexdigest()
 
 
-def _sources(parts: Iterable[str]) -> list[Path]:
-    files: set[Path] = set()
-    for part in parts:
-        path = PACKAGE / part
-        files.update(path.rglob("*.py") if path.is_dir() else [path])
-    return sorted(files)
+@cache
+def import_closure(*modules: str) -> tuple[str, ...]:
+    """Sorted names of modules and of all that they import of this package, found in their source."""
+    found: set[str] = set()
+    waiting = list(modules)
+    while waiting:
+        name = waiting.pop()
+        source = _source(name)
+        if name not in found and source is not None:
+            found.add(name)
+            waiting += _imports(source)
+    return tuple(sorted(found))
+
+
+def _imports(source: bytes) -> list[str]:
+    """Dotted names that a module's source imports; what only type checkers import is left out."""
+    tree, names = ast.parse(source), []
+    typing = {id(node) for part in ast.walk(tree) if isinstance(part, ast.If) and "TYPE_CHECKING" in ast.dump(part.test)
+              for node in ast.walk(part)}
+    for node in ast.walk(tree):
+        if id(node) in typing:
+            continue
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return [name for name in names if name.partition(".")[0] == PACKAGE.name]
+
+
+@cache
+def _source(name: str) -> bytes | None:
+    """The source of a module; None where there is no such file."""
+    if name.endswith(".py"):
+        return Path(name).read_bytes()
+    if name.partition(".")[0] != PACKAGE.name:  # a third party's method or scene: that file alone
+        path = Path(getattr(sys.modules.get(name), "__file__", None) or "")
+        return path.read_bytes() if path.suffix == ".py" and path.is_file() else None
+    path = PACKAGE.parent.joinpath(*name.split("."))
+    for file in (path.with_suffix(".py"), path / "__init__.py"):
+        if file.is_file():
+            return file.read_bytes()
+    return None
 
 
 def stamp(**extra: str) -> dict[str, str]:

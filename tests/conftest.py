@@ -1,15 +1,18 @@
 """Small fingertips, scenes on them and datasets of those, made once for all tests."""
 
 import os
+import sys
+from pathlib import Path
 
 import pytest
 
 # comparisons to the last bit need it: with more threads oneMKL adds in an order that hangs on timing
 os.environ.setdefault("MKL_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).parent))  # for hostile.py and energy.py, which tests import
 
 from rom.datasets import make_dataset, read_dataset
 from rom.fingertip import Fingertip, MeshDensity
-from rom.scenes import HarmonicPatchForces, HarmonicPointForce, StaticPointForces, get_scene
+from rom.scenes import get_scene
 
 SMALL = MeshDensity((4, 4), 2, 2, (1, 1, 1, 2))
 TINY = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
@@ -37,12 +40,12 @@ def tiny_tip():
 
 @pytest.fixture(scope="session")
 def static(small_tip):
-    return get_scene(StaticPointForces.name, small_tip)
+    return get_scene("static-point-forces", small_tip)
 
 
 @pytest.fixture(scope="session")
 def harmonic(small_tip):
-    return get_scene(HarmonicPointForce.name, small_tip)
+    return get_scene("harmonic-point-force", small_tip)
 
 
 @pytest.fixture(scope="session")
@@ -51,12 +54,12 @@ def patches(small_tip):
     mesh = small_tip.mesh
     centre = mesh.fingerprint_centroid
     beside = next(int(node) for node in mesh.skin_patch(centre) if node in mesh.pad_nodes and node != centre)
-    return get_scene(HarmonicPatchForces.name, small_tip, sites=(centre, beside))
+    return get_scene("harmonic-patch-forces", small_tip, sites=(centre, beside))
 
 
 @pytest.fixture(scope="session")
 def tiny_harmonic(tiny_tip):
-    return get_scene(HarmonicPointForce.name, tiny_tip)
+    return get_scene("harmonic-point-force", tiny_tip)
 
 
 @pytest.fixture(scope="session")
@@ -98,8 +101,8 @@ def scene_of(static, harmonic, patches):
 @pytest.fixture(scope="session")
 def data_of(static_data, harmonic_data, patches_data):
     """A dataset of a scene on the small mesh, by the scene's name."""
-    return {StaticPointForces.name: static_data, HarmonicPointForce.name: harmonic_data,
-            HarmonicPatchForces.name: patches_data}
+    return {"static-point-forces": static_data, "harmonic-point-force": harmonic_data,
+            "harmonic-patch-forces": patches_data}
 
 
 @pytest.fixture(scope="session")

@@ -57,10 +57,10 @@ def test_b_bar_does_not_lock_and_full_integration_does(results):
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_results_become_a_folder_that_a_person_reads(name, results, tmp_path):
     script = SCRIPTS[name]
-    plates, sentences = script.draw(results[name]), script.findings(results[name])
-    page = write_experiment(tmp_path, name, "Does it?", sentences, plates, attributes={"quick": "1"})
+    figures, sentences = script.draw(results[name]), script.findings(results[name])
+    page = write_experiment(tmp_path, name, "Does it?", sentences, figures, attributes={"quick": "1"})
     text = page.read_text(encoding="utf-8")
     assert "not a result" in text  # a quick run says so
-    for plate in plates:
-        assert (tmp_path / plate.file).stat().st_size > 10_000
-        assert f'src="{plate.file}"' in text
+    for figure in figures:
+        assert (tmp_path / figure.file).stat().st_size > 10_000
+        assert f'src="{figure.file}"' in text

@@ -45,8 +45,8 @@ def test_motion_far_below_resonance_is_in_phase(results):
 
 def test_the_folder_holds_animations_and_a_scene(results, tmp_path):
     files = animations.extra(results, tmp_path)
-    plates = animations.draw(results)
-    page = write_experiment(tmp_path, "animations", "How?", animations.findings(results), plates, (), files,
+    figures = animations.draw(results)
+    page = write_experiment(tmp_path, "animations", "How?", animations.findings(results), figures, (), files,
                             {"quick": "1"})
     text = page.read_text(encoding="utf-8")
     for file in ("free-modes.gif", "forced-vibrations.gif", "half-a-cycle.png", animations.SCENE_FILE):

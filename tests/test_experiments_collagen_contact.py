@@ -11,8 +11,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 
 import collagen_contact_claims as claims
 import collagen_contact_findings as found
+from collagen_contact_figures import draw
 from collagen_contact_paths import ASSUMPTIONS, finger_of, runs
-from collagen_contact_plates import draw
 
 from rom.datasets.storage import read_netcdf
 
@@ -41,9 +41,9 @@ def test_friction_energy_and_fibres_of_the_committed_paths(results):
 
 
 def test_figures_and_tables_can_be_drawn(results, tmp_path):
-    plates = draw(results)
-    assert len(plates) == 6
-    plates[0].write(tmp_path)
+    figures = draw(results)
+    assert len(figures) == 6
+    figures[0].write(tmp_path)
     assert (tmp_path / "figure-3.png").stat().st_size > 10_000
     assert len(found.tables(results)) >= 2
 

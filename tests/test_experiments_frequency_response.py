@@ -114,7 +114,7 @@ def test_shares_of_energy_sum_to_one(results):
 
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_results_are_kept_and_become_a_page(name, results, tmp_path, monkeypatch):
-    monkeypatch.setattr("rom.reporting.plate.DPI", 40)  # sooner drawn
+    monkeypatch.setattr("rom.reporting.figure.DPI", 40)  # sooner drawn
     script = SCRIPTS[name]
     write_netcdf(results[name], tmp_path / "results.nc")
     again = read_netcdf(tmp_path / "results.nc")  # figures and findings come from the file alone

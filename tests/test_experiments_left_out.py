@@ -16,8 +16,8 @@ from rom.scenes import StaticPointForces
 @pytest.fixture(scope="module")
 def results():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(left_out, "SCENES", {StaticPointForces.name: StaticPointForces})
-        patch.setattr(left_out, "EXTRAS", {StaticPointForces.name: ("mass", "figures")})
+        patch.setattr(left_out, "SCENES", {"static-point-forces": StaticPointForces})
+        patch.setattr(left_out, "EXTRAS", {"static-point-forces": ("mass", "figures")})
         patch.setattr(left_out, "MODULES", ("rom",))
         patch.setattr(left_out.script, "QUICK_DENSITY", MeshDensity((4, 4), 1, 1, (1, 1, 1, 1)))
         found = left_out.main(quick=True)

@@ -13,11 +13,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 
 import mesh_convergence
 import vibration_modes
+from analysis import mesh_ladder
+from presentation.published_facts import facts
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.reporting.experiment import write_experiment
-from rom.reporting.published_facts import facts
-from rom.vibration import mesh_ladder
 from rom.vibration.published import published, published_frequencies
 
 
@@ -92,19 +92,19 @@ def test_a_page_comes_of_it(modes, tmp_path):
 
 
 def read_through(script, results: xr.Dataset, folder: Path) -> None:
-    plates = script.draw(results)
-    page = write_experiment(folder, "name", "Does it?", script.findings(results), plates, script.tables(results),
+    figures = script.draw(results)
+    page = write_experiment(folder, "name", "Does it?", script.findings(results), figures, script.tables(results),
                             attributes={"quick": "1"})
     text = page.read_text(encoding="utf-8")
     assert "not a result" in text and "<table>" in text
-    for plate in plates:
-        assert (folder / plate.file).stat().st_size > 10_000
-        assert f'src="{plate.file}"' in text
+    for figure in figures:
+        assert (folder / figure.file).stat().st_size > 10_000
+        assert f'src="{figure.file}"' in text
 
 
 def in_this_process(words, **_):
     """What the other process would do; starting six takes long, and tests of the ladder start one."""
-    write_netcdf(mesh_ladder._solve(json.loads(words[3])), words[4])
+    write_netcdf(mesh_ladder._solve(json.loads(words[2])), words[3])
     return subprocess.CompletedProcess(words, 0, "", "")
 
 
@@ -146,7 +146,7 @@ def test_a_page_comes_of_convergence(convergence, tmp_path):
 
 @pytest.mark.accuracy
 def test_every_published_fact_is_met_on_the_real_mesh():
-    # section 4 of the study, as data/published.toml holds it; tolerances are those of rom.reporting.published_facts
+    # section 4 of the study, as data/published.toml holds it; tolerances are those of presentation.published_facts
     results = vibration_modes.main()
     missed = [f"{fact.name}: {fact.text}" for fact in facts(results) if not fact.met]
     assert not missed

@@ -9,7 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 
 import train_networks
-import train_networks_plates
+import train_networks_figures
 
 from rom.metamodels.networks.sizes import SIZES
 from rom.reporting.experiment import write_experiment
@@ -39,8 +39,8 @@ def test_every_network_and_size_that_is_committed_is_trained_here():
 
 
 def test_results_become_a_page(results, tmp_path):
-    plates, sentences = train_networks_plates.draw(results), train_networks_plates.findings(results)
-    page = write_experiment(tmp_path, "networks", "How much?", sentences, plates,
-                            train_networks_plates.tables(results), attributes={"quick": "1"})
+    figures, sentences = train_networks_figures.draw(results), train_networks_figures.findings(results)
+    page = write_experiment(tmp_path, "networks", "How much?", sentences, figures,
+                            train_networks_figures.tables(results), attributes={"quick": "1"})
     assert "direct solves differ" in page.read_text(encoding="utf-8")
-    assert (tmp_path / plates[0].file).stat().st_size > 10_000
+    assert (tmp_path / figures[0].file).stat().st_size > 10_000

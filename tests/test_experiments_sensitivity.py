@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 import script
 import sensitivity
 import tissue_loss_factors
-from sensitivity_plates import off_similarity
+from sensitivity_figures import off_similarity
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.reporting.experiment import write_experiment
@@ -75,10 +75,10 @@ def test_modal_loss_factors_have_one_mean_at_every_contrast(results):
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_results_become_a_folder_that_a_person_reads(name, results, tmp_path):
     experiment = SCRIPTS[name]
-    plates, sentences = experiment.draw(results[name]), experiment.findings(results[name])
+    figures, sentences = experiment.draw(results[name]), experiment.findings(results[name])
     assert not any("nan" in sentence.lower().split() for sentence in sentences)
-    page = write_experiment(tmp_path, name, "Does it?", sentences, plates, experiment.tables(results[name]))
+    page = write_experiment(tmp_path, name, "Does it?", sentences, figures, experiment.tables(results[name]))
     text = page.read_text(encoding="utf-8")
-    for plate in plates:
-        assert (tmp_path / plate.file).stat().st_size > 10_000
-        assert f'src="{plate.file}"' in text
+    for figure in figures:
+        assert (tmp_path / figure.file).stat().st_size > 10_000
+        assert f'src="{figure.file}"' in text

@@ -76,12 +76,12 @@ def test_load_dependent_vectors_make_statics_exact_and_vibration_better_and_bett
 def test_the_folder_is_whole(results, coarse, tmp_path):
     given = results.assign_attrs(quick="1")
     files = tissue_strain.extra(given, tmp_path)
-    plates, tables = tissue_strain.draw(given), tissue_strain.tables(given)
+    figures, tables = tissue_strain.draw(given), tissue_strain.tables(given)
     sentences = tissue_strain.findings(given)
-    page = write_experiment(tmp_path, "tissue-strain", "How?", sentences, plates, tables, files, given.attrs)
+    page = write_experiment(tmp_path, "tissue-strain", "How?", sentences, figures, tables, files, given.attrs)
     text = page.read_text(encoding="utf-8")
-    for plate in plates:
-        assert f'src="{plate.file}"' in text and (tmp_path / plate.file).stat().st_size > 10_000
+    for figure in figures:
+        assert f'src="{figure.file}"' in text and (tmp_path / figure.file).stat().st_size > 10_000
     assert not any(word in "".join((*sentences, *tables)) for word in ("nan", "inf", "unbounded"))
     field = meshio.read(files[0])
     assert {"principal_strain_normal", "energy_density_normal_J_per_m3", "tissue"} <= set(field.cell_data)

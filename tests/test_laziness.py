@@ -35,9 +35,10 @@ for name in ("harmonic_factorization", "solve_harmonic", "dynamic_stiffness"):
     forbid(SecondOrderModel, name, "complex numbers")
 
 from rom.datasets import draw_cases, solve_cases
-from rom.datasets.schema import dataset_attributes, encode_complex
+from rom.datasets.schema import dataset_attributes
 from rom.metamodels import create
 from rom.scenes import get_scene
+from rom.scenes.complex_parts import encode_complex
 
 scene = get_scene("static-point-forces", Fingertip(density=MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))))
 arrays, cases = draw_cases(scene, 60, 6, seed=1)
@@ -87,7 +88,7 @@ def test_listing_the_methods_of_a_scene_loads_no_torch(subprocess_environment):
 def test_statics_build_nothing_that_the_scene_leaves_out(subprocess_environment):
     # every method but the network, which asks for torch itself, and says so
     methods = {name: {"rank": 10} if metamodel_class(name).learns else {}
-               for name in applicable(StaticPointForces.name) if name != "transformer"}
+               for name in applicable("static-point-forces") if name != "transformer"}
     assert {"direct", "direct-reused", "superposition", "pod-galerkin"} <= set(methods)
     kinds, modules = run(STATIC_RUN, subprocess_environment, json.dumps(methods))
     assert kinds == ["float64"]
@@ -105,9 +106,9 @@ def test_the_guards_bite(subprocess_environment):
     code = STATIC_RUN.split("scene = get_scene")[0] + """
 refused = []
 scene = get_scene("harmonic-point-force", Fingertip(density=MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))))
-for ask in (lambda: scene.fingertip.mass, lambda: scene.full_order,
-            lambda: SecondOrderModel(scene.fingertip.stiffness).natural_modes(count=3),
-            lambda: SecondOrderModel(scene.fingertip.stiffness).solve_harmonic(None, 1.0, 0.1)):
+for ask in (lambda: scene.body.fingertip.mass, lambda: scene.model,
+            lambda: SecondOrderModel(scene.body.fingertip.stiffness).natural_modes(count=3),
+            lambda: SecondOrderModel(scene.body.fingertip.stiffness).solve_harmonic(None, 1.0, 0.1)):
     try:
         ask()
     except AssertionError as error:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import rom
-from rom.comparison.errors import energy_errors
+from energy import energy_errors
 from rom.metamodels import create
 from rom.scenes import CaseArrays, get_scene
 from rom.solving import options
@@ -27,7 +27,7 @@ def test_the_tolerance_is_met(fresh, name, tolerance, count):
     arrays = scene.sample(count, 5)
     answer = rom.solve(scene, scene.cases_from(arrays), tolerance)
     truth = create("direct-reused", scene).fit().evaluate(arrays)
-    stiffness = scene.full_order.stiffness
+    stiffness = scene.model.stiffness
     error = energy_errors(scene.values(answer), truth, stiffness) / energy_errors(truth, 0 * truth, stiffness)
     assert (error <= tolerance).all()
     assert (answer["error_estimate"] <= tolerance).all()
@@ -48,7 +48,7 @@ def test_beyond_the_modes_only_direct_solves_are_left(fresh):
     scene = fresh("harmonic-point-force")
     n = 60
     rng = np.random.default_rng(0)
-    node = rng.integers(scene.n_pad, size=(n, 1))
+    node = rng.integers(scene.n_loads, size=(n, 1))
     inside = CaseArrays(node, np.ones((n, 1)), np.linspace(1, 300, n), np.full(n, 0.2))
     rom.solve(scene, scene.cases_from(inside))  # its modes are there now
     beyond = CaseArrays(inside.node, inside.force, np.linspace(2900, 3000, n), inside.loss_factor)
@@ -61,7 +61,7 @@ def test_a_static_answer_builds_nothing_dynamic(fresh):
     scene = fresh("static-point-forces")
     rom.solve(scene, scene.cases_from(scene.sample(3, 1)), 1e-6)
     with pytest.raises(ValueError, match="no mass matrix"):
-        _ = scene.full_order.mass
+        _ = scene.model.mass
 
 
 def test_impossible_tolerances_are_refused(fresh):

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rom.checks import whole_number
 from rom.commands.files import check_files
 from rom.commands.fingertip_options import add_fingertip_options, fingertip_from
 
@@ -52,10 +53,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _count(arguments: argparse.Namespace, tip: Any) -> int:
     if arguments.below is None:
-        count = DEFAULT_COUNT if arguments.count is None else arguments.count
-        if count < 1:
-            raise ValueError(f"--count is {count}, but there must be a mode to compute: give a whole number from 1 on")
-        return count
+        return whole_number("--count", DEFAULT_COUNT if arguments.count is None else arguments.count, 1)
     from rom.vibration.modal_analysis import modes_below
 
     if not arguments.below > 0:
@@ -119,8 +117,8 @@ def _skin(found: ModalAnalysis) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _write_figure(found: ModalAnalysis, path: Path) -> None:
+    from rom.reporting.figure import Figure
     from rom.reporting.mode_shapes import Shape, magnitude_sheet
-    from rom.reporting.plate import Plate
 
     skin = found.field[:, found.fingertip.mesh.skin_nodes]
     shapes = [Shape(f"mode {k + 1}: {frequency:.1f} Hz\n({found.parity[k]})", skin[k])
@@ -129,7 +127,7 @@ def _write_figure(found: ModalAnalysis, path: Path) -> None:
     first, last = found.modes.frequency_hz[[0, -1]]
     title = f"Modes 1 to {len(shapes)}, {first:.1f} to {last:.1f} Hz ({tip.formulation}, rear {tip.rear})"
     figure = magnitude_sheet(title, *_skin(found), shapes)
-    Plate(path.name, figure, "", "").write(path.parent)
+    Figure(path.name, figure, "", "").write(path.parent)
 
 
 def _write_vtu(found: ModalAnalysis, path: Path) -> None:

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from rom.collagen.finger import Finger
-    from rom.collagen.observation import Observation
-    from rom.collagen.path import LoadPath
+    from rom.finger_on_glass.finger import Finger
+    from rom.finger_on_glass.observation import Observation
+    from rom.finger_on_glass.path import LoadPath
 
 PRESSING_POSITIONS, TRAVEL_POSITION = 5, 0.5
 """Positions while the plate is pressed on; distance of those along its travel [mm]."""
@@ -53,9 +53,9 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Follow, print, write."""
-    from rom.collagen.path import follow
-    from rom.collagen.record import recorded
     from rom.errors import SolverError
+    from rom.finger_on_glass.path import follow
+    from rom.finger_on_glass.record import recorded
 
     check_files(arguments, {"output": ".nc", "figure": ".png"})
     finger, path = _finger(arguments), _path(arguments)
@@ -68,20 +68,20 @@ def run(arguments: argparse.Namespace) -> None:
         write_netcdf(found, arguments.output)
         print(arguments.output)
     if arguments.figure is not None:
-        from rom.reporting.plate import Plate
+        from rom.reporting.figure import Figure
         from rom.reporting.slide import draw_path
 
-        Plate(arguments.figure.name, draw_path(found), "", "").write(arguments.figure.parent)
+        Figure(arguments.figure.name, draw_path(found), "", "").write(arguments.figure.parent)
         print(arguments.figure)
     if not answer.complete:
         raise SolverError(answer.reason)
 
 
 def _finger(arguments: argparse.Namespace) -> Finger:
-    from rom.collagen.contact import Plate
-    from rom.collagen.finger import Finger, OutOfPlane
-    from rom.collagen.section import Section
-    from rom.collagen.tissue import Tissue
+    from rom.finger_on_glass.contact import Glass
+    from rom.finger_on_glass.finger import Finger, OutOfPlane
+    from rom.finger_on_glass.section import Section
+    from rom.finger_on_glass.tissue import Tissue
 
     k1 = None if arguments.k1 is None else 1e-3 * arguments.k1
     for name in ("c", "k1"):
@@ -90,7 +90,7 @@ def _finger(arguments: argparse.Namespace) -> Finger:
             raise ValueError(f"--{name} is {value:g} kPa, but it must be finite and above zero: give a stiffness")
     finger = Finger(Section(**_changes(arguments.section)), Tissue(arguments.variant, 1e-3 * arguments.c, k1,
                                                                    seed=arguments.seed),
-                    Plate(arguments.friction), OutOfPlane(arguments.axial_stiffness, arguments.effective_length),
+                    Glass(arguments.friction), OutOfPlane(arguments.axial_stiffness, arguments.effective_length),
                     arguments.rays, arguments.layers)
     finger.mesh  # noqa: B018  # a mesh that cannot be is refused before any work
     return finger
@@ -118,7 +118,7 @@ def _changes(given: list[str]) -> dict[str, float]:
 def _path(arguments: argparse.Namespace) -> LoadPath:
     import numpy as np
 
-    from rom.collagen.path import LoadPath
+    from rom.finger_on_glass.path import LoadPath
 
     for name, value, unit in (("force", arguments.force, "N"), ("travel", arguments.travel, "mm")):
         if not 0 <= value < 1e3 or (name == "force" and value == 0):

@@ -1,7 +1,6 @@
-"""The one schema of every dataset: dimensions, units, the UGRID mesh, and complex numbers on disk.
+"""The one schema of every dataset: dimensions, units and the UGRID mesh.
 
-In memory a harmonic ``displacement`` is complex; on disk it has the extra dimension ``part = [real, imag]``, so that
-plain netCDF tools can read it. Both directions are here and nowhere else. Coordinates are in metres, forces in newton.
+Coordinates are in metres, forces in newton; how complex numbers stand on disk, see :mod:`rom.scenes.complex_parts`.
 """
 
 from __future__ import annotations
@@ -9,77 +8,50 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from rom.bodies import Grid
 from rom.errors import SchemaError
-from rom.fingertip import TISSUES
 from rom.scenes import Scene
 
 SCHEMA_VERSION = "1.0"
 CONVENTIONS = "CF-1.11 UGRID-1.0"
-PARTS = ["real", "imag"]
 
 SPLIT_FLAGS = {"unused": 0, "train": 1, "test": 2}
 
 
-def to_parts(values: np.ndarray) -> np.ndarray:
-    """(..., 2) ndarray of real and imaginary parts; a view where the memory allows it."""
-    values = np.ascontiguousarray(values)
-    return values.view(values.real.dtype).reshape(*values.shape, 2)
-
-
-def from_parts(values: np.ndarray) -> np.ndarray:
-    """The complex array that :func:`to_parts` took apart."""
-    values = np.ascontiguousarray(values)
-    return values.view(np.result_type(values.dtype, np.complex64))[..., 0]
-
-
-def encode_complex(data: xr.Dataset) -> xr.Dataset:
-    """Replace every complex variable by real ones with the trailing dimension ``part``."""
-    encoded = data.copy()
-    for name, variable in data.data_vars.items():
-        if np.iscomplexobj(variable):
-            encoded[name] = ((*variable.dims, "part"), to_parts(variable.values), variable.attrs)
-            encoded = encoded.assign_coords(part=("part", PARTS, {"long_name": "part of a complex number"}))
-    return encoded
-
-
-def decode_complex(data: xr.Dataset) -> xr.Dataset:
-    """The inverse of :func:`encode_complex`."""
-    if "part" not in data.dims:
-        return data
-    decoded = data.drop_vars("part")
-    for name, variable in data.data_vars.items():
-        if "part" in variable.dims:
-            values = from_parts(variable.transpose(..., "part").values)
-            decoded[name] = (tuple(d for d in variable.dims if d != "part"), values, variable.attrs)
-    return decoded
-
-
-def mesh_variables(scene: Scene) -> dict[str, tuple]:
-    """UGRID description of the scene's mesh: topology, connectivity, tissues."""
-    mesh = scene.fingertip.mesh
-    return {
+def mesh_variables(grid: Grid | None) -> dict[str, tuple]:
+    """UGRID description of a grid: topology, connectivity, regions; nothing where there is none."""
+    if grid is None or len(grid.cells) != 1:  # UGRID has one kind of cell a topology: mixed ones stay with the body
+        return {}
+    (kind, cells), = grid.cells.items()
+    flat = grid.nodes.shape[1] == 2
+    where, cell = ("face", {"quad": "quadrilateral"}.get(kind, kind)) if flat else ("volume", kind)
+    variables: dict[str, tuple] = {
         "mesh": ((), np.int32(0), {
-            "cf_role": "mesh_topology", "topology_dimension": np.int32(3), "long_name": "fingertip mesh",
-            "node_coordinates": "node_x node_y node_z", "volume_node_connectivity": "mesh_volume_nodes",
-            "volume_dimension": "hexahedron", "volume_shape_type": "mesh_volume_shape"}),
-        "mesh_volume_nodes": (("hexahedron", "corner"), mesh.hexahedra.astype(np.int32), {
-            "cf_role": "volume_node_connectivity", "start_index": np.int32(0), "long_name": "corners of a hexahedron",
-            "units": "1"}),
-        "mesh_volume_shape": (("hexahedron",), np.zeros(len(mesh.hexahedra), dtype=np.int8), {
-            "cf_role": "volume_shape_type", "flag_values": np.int8(0), "flag_meanings": "hexahedron",
-            "long_name": "shape of an element", "units": "1"}),
-        "tissue": (("hexahedron",), mesh.tissue.astype(np.int8), {
-            "long_name": "tissue of an element", "flag_values": np.arange(len(TISSUES), dtype=np.int8),
-            "flag_meanings": " ".join(TISSUES), "units": "1", "mesh": "mesh", "location": "volume"}),
-    }
+            "cf_role": "mesh_topology", "topology_dimension": np.int32(2 if flat else 3), "long_name": grid.noun,
+            "node_coordinates": " ".join(f"node_{axis}" for axis in "xyz"[:grid.nodes.shape[1]]),
+            f"{where}_node_connectivity": f"mesh_{where}_nodes", f"{where}_dimension": cell,
+            **({} if flat else {"volume_shape_type": "mesh_volume_shape"})}),
+        f"mesh_{where}_nodes": ((cell, "corner"), cells.astype(np.int32), {
+            "cf_role": f"{where}_node_connectivity", "start_index": np.int32(0), "long_name": f"corners of a {cell}",
+            "units": "1"})}
+    if not flat:
+        variables["mesh_volume_shape"] = ((cell,), np.zeros(len(cells), dtype=np.int8), {
+            "cf_role": "volume_shape_type", "flag_values": np.int8(0), "flag_meanings": cell,
+            "long_name": "shape of an element", "units": "1"})
+    if kind in grid.region:
+        variables[grid.region_noun] = ((cell,), grid.region[kind].astype(np.int8), {
+            "long_name": f"{grid.region_noun} of an element",
+            "flag_values": np.arange(len(grid.region_names), dtype=np.int8),
+            "flag_meanings": " ".join(grid.region_names), "units": "1", "mesh": "mesh", "location": where})
+    return variables
 
 
 def dataset_attributes(scene: Scene) -> dict[str, str]:
-    """Attributes by which a file is recognised and tied to its mesh and scene."""
+    """Attributes by which a file is recognised and tied to its scene."""
     return {
         "Conventions": CONVENTIONS, "schema_version": SCHEMA_VERSION, "title": scene.title, "scene": scene.name,
-        "scene_parameters": scene.to_json(), "scene_hash": scene.content_hash,
-        "mesh_hash": scene.fingertip.mesh.mesh_hash}
+        "inputs": " ".join(one.name for one in scene.inputs if one.default is None),
+        "scene_parameters": scene.to_json(), "scene_hash": scene.content_hash}
 
 
 def check_schema(data: xr.Dataset, source: str) -> None:
@@ -92,27 +64,13 @@ def check_schema(data: xr.Dataset, source: str) -> None:
     """
     version = data.attrs.get("schema_version")
     if version is None:
-        raise SchemaError(f"{source} is no fingertip-rom dataset: it carries no schema_version; "
-                          "make one with `rom dataset`")
-    if version != SCHEMA_VERSION:
-        raise SchemaError(f"{source} has schema version {version}, this software reads {SCHEMA_VERSION}: "
-                          "make the dataset again with `rom dataset`")
-    missing = [name for name in ("load_node", "force_amplitude", "displacement") if name not in data.variables]
+        raise SchemaError(f"{source} is no dataset of this toolkit: it carries no schema_version; make one with "
+                          "`rom dataset`")
+    if version != SCHEMA_VERSION or "path" in data.dims:
+        raise SchemaError(f"{source} has schema version {'1.0' if 'path' in data.dims else version}, this software "
+                          f"reads {SCHEMA_VERSION}: make the dataset again with `rom dataset`")
+    wanted = (*data.attrs.get("inputs", "").split(), "displacement")
+    missing = [name for name in wanted if name not in data.variables]
+    missing += ["the dimension case"] if "case" not in data.dims else []
     if missing:
         raise SchemaError(f"{source} lacks {', '.join(missing)}: make the dataset again with `rom dataset`")
-
-
-def check_scene(data: xr.Dataset, scene: Scene, source: str = "the dataset") -> None:
-    """Refuse a dataset of another scene, anatomy or mesh.
-
-    Raises
-    ------
-    SchemaError
-    """
-    if data.attrs.get("scene") != scene.name:
-        raise SchemaError(f"{source} belongs to the scene {data.attrs.get('scene')!r}, not to {scene.name!r}: "
-                          "give a dataset of this scene")
-    if data.attrs.get("scene_hash") != scene.content_hash:
-        found = str(data.attrs.get("scene_hash"))[:12]
-        raise SchemaError(f"{source} belongs to another anatomy or mesh, or to other load sites ({found} instead "
-                          f"of {scene.content_hash[:12]}): make it again for this fingertip")

@@ -1,44 +1,51 @@
-"""Snapshots: cases of a scene with the full-order model's answers, made in resumable pieces.
+"""Datasets: cases of a scene with the full-order model's answers, made in parallel and in resumable pieces.
 
 Each finished piece is a whole small file in ``FILE.pieces/``; a killed run finds them again and solves only what is
-missing. The final file is assembled under a temporary name and renamed, then the pieces are removed.
+missing. Pieces are handed to the workers of a dask cluster, a local one unless an address is given, and come back as
+arrays: the workers need this package, but no common disk. Each piece is solved on one thread and starts afresh, so that
+the bits do not hang on who solved it, on how many there were, or on what came before. The final file is assembled under
+a temporary name and renamed, then the pieces are removed.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import shutil
+import logging
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from threadpoolctl import threadpool_limits
 
 from rom.cache import cached_path
-from rom.datasets.pieces import begin_or_resume
+from rom.checks import shown, whole_number
+from rom.datasets.pieces import pieces_of
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.splits import split_variables
 from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, write_netcdf
-from rom.errors import SolverError
-from rom.provenance import source_digest, stamp
-from rom.scenes import CaseArrays, Scene
+from rom.files import is_intact
+from rom.fullorder import threads
+from rom.provenance import source_digest, stamp, usable_cores
+from rom.scenes import Answers, Cases, Quantity, Scene
 
-RESIDUAL_LIMIT = 1e-10
-"""Largest relative residual ||Z u - f|| / ||f|| with which an answer is stored as truth."""
-PIECE_CASES = 64
 Progress = Callable[[Iterable], Iterable]
+Solution = tuple[Answers, dict[str, np.ndarray]]
 MOST_CASES = 10_000_000
 """Of one dataset; every case is drawn before the first is solved."""
+SECONDS = Quantity((), "s", "wall time of the full-order answer, one thread, factorizations shared")
 
 
-def draw_cases(scene: Scene, count: int, beyond: int = 0, seed: int = 0) -> tuple[CaseArrays, xr.Dataset]:
-    """``count`` cases within the published ranges and ``beyond`` outside them, with both splits.
+def draw_cases(scene: Scene, count: int, beyond: int = 0, seed: int = 0) -> tuple[Any, xr.Dataset]:
+    """``count`` cases within the ranges and ``beyond`` outside them, with both splits.
 
     Returns
     -------
-    arrays : CaseArrays
+    arrays : Cases
     cases : xr.Dataset
         The same, labelled, with ``split_published``, ``split_hard`` and ``hard_region``.
 
@@ -54,176 +61,186 @@ def draw_cases(scene: Scene, count: int, beyond: int = 0, seed: int = 0) -> tupl
                          "ask for fewer")
     arrays = scene.sample(count, seed)
     if beyond:
-        arrays = concatenate(arrays, scene.sample_beyond(beyond, seed))
-    cases = scene.cases_from(arrays)
-    return arrays, cases.assign(split_variables(scene, arrays, count, seed))
+        arrays = arrays.joined(scene.sample_beyond(beyond, seed))
+    return arrays, scene.cases_from(arrays).assign(split_variables(scene, arrays, count, seed))
 
 
-def concatenate(first: CaseArrays, second: CaseArrays) -> CaseArrays:
-    """One block of cases after another, padded to the same number of forces."""
-    width = max(first.node.shape[1], second.node.shape[1])
-    def pad(a: np.ndarray) -> np.ndarray:
-        return np.pad(a, ((0, 0), (0, width - a.shape[1])))
-    def join(a, b):
-        return None if a is None else np.concatenate([a, b])
-    return CaseArrays(np.concatenate([pad(first.node), pad(second.node)]),
-                      np.concatenate([pad(first.force), pad(second.force)]),
-                      join(first.frequency, second.frequency), join(first.loss_factor, second.loss_factor))
+def recipe_for(scene: Scene, count: int, beyond: int, seed: int) -> dict[str, Any]:
+    """Everything that a dataset depends on, the source of the full-order model included."""
+    return {"scene": json.loads(scene.to_json()), "content": scene.content_hash, "cases": count, "beyond": beyond,
+            "seed": seed, "source": solver_sources(scene)}
 
 
-def solve_cases(scene: Scene, arrays: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
-    """Direct answers and their relative residuals, one factorization a group.
-
-    Returns
-    -------
-    displacement : (n_case, n_free) ndarray [m]
-    residual : (n_case,) ndarray
-        ``||Z u - f|| / ||f||``.
-
-    Raises
-    ------
-    SolverError
-        Where a residual stays above :data:`RESIDUAL_LIMIT`.
-    """
-    model = scene.full_order
-    values = np.empty((len(arrays), scene.n_free), dtype=scene.dtype)
-    residual = np.empty(len(arrays))
-    for group in scene.groups(arrays):
-        block = arrays.take(group)
-        force = scene.force_vectors(block)
-        if scene.harmonic:
-            point = float(block.frequency[0]), float(block.loss_factor[0])
-            answer = model.solve_harmonic(force, *point)
-            residual[group] = model.residual(answer, force, *point)
-        else:
-            answer = model.solve_static(force)
-            residual[group] = model.residual(answer, force)
-        values[group] = answer.T
-    if not (residual <= RESIDUAL_LIMIT).all():
-        worst = int(np.argmax(residual))
-        raise SolverError(f"case {worst} was solved with relative residual {residual[worst]:.1e}, above "
-                          f"{RESIDUAL_LIMIT:g}: the matrix is too ill-conditioned for a direct truth")
-    return values, residual
+def solver_sources(scene: Scene) -> str:
+    """Digest of the source files that a scene's full-order answers and splits depend on."""
+    parts = [scene, getattr(scene, "body", scene), getattr(scene, "population", scene)]
+    return source_digest(*sorted({type(part).__module__ for part in parts}), "rom.datasets.splits")
 
 
-def make_dataset(scene: Scene, count: int, path: str | Path, *, beyond: int = 0, seed: int = 0,
-                 compress: bool = False, progress: Progress = iter) -> Path:
-    """Make the dataset ``path``, or finish the one whose pieces an earlier run left.
+def make_dataset(scene: Scene, count: int, path: str | Path | None = None, *, beyond: int = 0, seed: int = 0,
+                 compress: bool = False, scheduler: str | None = None, workers: int | None = 1,
+                 progress: Progress = iter) -> Path:
+    """Make a dataset, or finish the one whose pieces an earlier run left.
 
     Parameters
     ----------
     count, beyond : int
-        Cases within and outside the published ranges.
+        Cases within and outside the ranges.
+    path : path, optional
+        Default: the cache, where a finished one is found again.
+    scheduler : str, optional
+        Address of a running dask scheduler, such as ``"tcp://host:8786"``; default: a local cluster.
+    workers : int, optional
+        Processes of the local cluster; 1 works in this process, None takes one a core.
     progress : callable
         Wraps the iteration over pieces, to show a bar.
 
     Raises
     ------
+    ValueError
+        For numbers of cases or workers that cannot be.
     SchemaError
         Where pieces of another recipe lie at the same place.
     FileExistsError
         Where the file exists and was made from another recipe, or is no dataset: nothing is overwritten.
     OSError
-        Where the disk is full; finished pieces stay and the next run goes on from them.
+        Where no scheduler answers, or the disk is full; finished pieces stay and the next run goes on from them.
     """
     arrays, cases = draw_cases(scene, count, beyond, seed)
-    recipe = {"scene": json.loads(scene.to_json()), "cases": count, "beyond": beyond, "seed": seed,
-              "source": solver_sources()}
-    return _make(scene, arrays, cases, Path(path), recipe, compress, progress)
+    return _make(scene, arrays, cases, path, recipe_for(scene, count, beyond, seed), compress, scheduler, workers,
+                 progress)
 
 
-def solve_dataset(scene: Scene, arrays: CaseArrays, path: str | Path | None = None, *, compress: bool = False,
-                  progress: Progress = iter) -> Path:
-    """Like :func:`make_dataset`, for given cases: no draw, no splits, resumable all the same.
-
-    Parameters
-    ----------
-    arrays : CaseArrays
-    path : path, optional
-        Default: the cache, under a digest of scene, cases and source, where a finished one is found again.
-    progress : callable
-        See :func:`make_dataset`, as for the errors raised.
-
-    Returns
-    -------
-    Path
-    """
+def solve_dataset(scene: Scene, arrays: Any, path: str | Path | None = None, *, compress: bool = False,
+                  scheduler: str | None = None, workers: int | None = 1, progress: Progress = iter) -> Path:
+    """Like :func:`make_dataset`, for given cases (plain arrays): no draw, no splits, resumable all the same."""
     digest = hashlib.sha256()
     for values in (a for a in arrays if a is not None):
         digest.update(f"{values.shape} {values.dtype}".encode() + np.ascontiguousarray(values).tobytes())
     recipe = {"scene": json.loads(scene.to_json()), "content": scene.content_hash, "cases": digest.hexdigest(),
-              "source": solver_sources()}
-    path = Path(path or cached_path("answers", recipe))
-    return _make(scene, arrays, scene.cases_from(arrays), path, recipe, compress, progress)
+              "source": solver_sources(scene)}
+    return _make(scene, arrays, scene.cases_from(arrays), path, recipe, compress, scheduler, workers, progress)
 
 
-def solver_sources() -> str:
-    """Digest of the source files that an answer depends on."""
-    return source_digest("fullorder", "fingertip", "scenes", "datasets")
-
-
-def _make(scene: Scene, arrays: CaseArrays, cases: xr.Dataset, path: Path, recipe: dict, compress: bool,
-          progress: Progress) -> Path:
+def _make(scene: Scene, arrays: Any, cases: xr.Dataset, path: str | Path | None, recipe: dict, compress: bool,
+          scheduler: str | None, workers: int | None, progress: Progress) -> Path:
     """Solve the pieces that are missing, then assemble them."""
-    folder = begin_or_resume(path, recipe, "cases")
-    if folder is None:
-        return path
-    pieces = _pieces(scene, arrays)
-    for k in progress(range(len(pieces))):
-        _make_piece(scene, arrays.take(pieces[k]), pieces[k], folder / f"{k:05d}.nc")
-    _assemble(scene, cases, folder, len(pieces), path, compress, recipe)
-    shutil.rmtree(folder)
+    if workers is not None:
+        whole_number("workers", workers, 1, 1024)
+        if scheduler is not None and workers > 1:
+            raise ValueError(f"workers={workers} cannot be: the scheduler {shown(scheduler)} has its own; leave "
+                             "one of them out")
+    if path is None:
+        path = cached_path("datasets", recipe)
+        is_intact(path)
+    path = Path(path)
+    with pieces_of(path, recipe, "cases") as folder, ExitStack() as stack:
+        if folder is None:
+            return path
+        pieces = scene.pieces(arrays)
+        files = [folder / f"{k:05d}.nc" for k in range(len(pieces))]
+        todo = [k for k in range(len(pieces)) if not is_intact(files[k])]
+        solved = _solved(stack, scene, {k: arrays.take(pieces[k]) for k in todo}, scheduler, workers)
+        for _ in progress(range(len(todo))):
+            k, solution = next(solved)
+            _write_piece(scene, solution, pieces[k], files[k])
+        _assemble(scene, cases, files, path, compress, recipe)
     return path
 
 
-def _pieces(scene: Scene, arrays: CaseArrays) -> list[np.ndarray]:
-    """Whole groups gathered into pieces of about PIECE_CASES cases; a larger group is cut."""
-    pieces: list[np.ndarray] = []
-    gathered: list[np.ndarray] = []
-    for group in scene.groups(arrays):
-        for part in np.array_split(group, max(1, -(-len(group) // PIECE_CASES))):
-            gathered.append(part)
-            if sum(map(len, gathered)) >= PIECE_CASES:
-                pieces.append(np.concatenate(gathered))
-                gathered = []
-    return pieces + ([np.concatenate(gathered)] if gathered else [])
+# ---- solving ------------------------------------------------------------------------------------------------
+
+def solve_piece(scene: Scene, cases: Cases) -> Solution:
+    """One piece on one thread, from a state that depends on nothing before: what a worker runs."""
+    with threadpool_limits(1), threads(1):
+        scene.begin_piece()
+        start = time.perf_counter()
+        answers, record = scene.solve(cases)
+        seconds = (time.perf_counter() - start) / len(cases)
+    return answers, {**record, "solve_seconds": np.full(len(cases), seconds)}
 
 
-def _make_piece(scene: Scene, arrays: CaseArrays, index: np.ndarray, path: Path) -> None:
-    if path.exists():
+def _solved(stack: ExitStack, scene: Scene, pieces: dict[int, Any], scheduler: str | None, workers: int | None
+            ) -> Iterator[tuple[int, Solution]]:
+    """Solutions of the pieces as they come; ``stack`` closes the cluster."""
+    count = min(workers or usable_cores(), max(1, len(pieces)))
+    if not pieces or (scheduler is None and count == 1):
+        own = scene.afresh()
+        yield from ((k, solve_piece(own, cases)) for k, cases in pieces.items())
         return
-    start = time.perf_counter()
-    values, residual = solve_cases(scene, arrays)
-    seconds = (time.perf_counter() - start) / len(arrays)
-    write_netcdf(xr.Dataset({"displacement": (("case", "dof"), values), "residual": ("case", residual),
-                             "seconds": ("case", np.full(len(arrays), seconds))},
-                            coords={"case": index}), path)
+    from distributed import as_completed
+
+    client = stack.enter_context(_client(stack, scheduler, count))
+    shared = client.scatter(scene.afresh(), broadcast=True)
+    place = {client.submit(solve_piece, shared, cases, pure=False): k for k, cases in pieces.items()}
+    for future in as_completed(place):
+        yield place[future], future.result()
+        future.release()  # its arrays leave the worker's memory
 
 
-def _assemble(scene: Scene, cases: xr.Dataset, folder: Path, n_pieces: int, path: Path, compress: bool,
-              recipe: dict) -> None:
-    """Write the dataset from its pieces, one after another: memory holds one piece, whatever the size of the whole."""
-    n_case, n_node = cases.sizes["case"], len(scene.fingertip.mesh.nodes)
-    files = [folder / f"{k:05d}.nc" for k in range(n_pieces)]
-    residual, seconds = np.empty(n_case), np.empty(n_case)
+def _client(stack: ExitStack, scheduler: str | None, workers: int):
+    from distributed import Client, LocalCluster
+
+    # its comings and goings are no news to whom a bar is shown; a process that is slow to end is ended
+    logging.getLogger("distributed").setLevel(logging.ERROR)
+    if scheduler is None:
+        cluster = stack.enter_context(LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=40))
+        return Client(cluster)
+    try:
+        return Client(scheduler, timeout=10)
+    except (OSError, ValueError) as error:
+        raise OSError(f"no dask scheduler answers at {scheduler!r}: start one with `dask scheduler` and workers with "
+                      "`dask worker`, or leave the address out for a local cluster") from error
+
+
+# ---- files --------------------------------------------------------------------------------------------------
+
+def _write_piece(scene: Scene, solution: Solution, index: np.ndarray, path: Path) -> None:
+    """A piece as it was solved: the judged quantity with dimensions of its own, since held nodes are not in it."""
+    answers, record = solution
+    data: dict[str, Any] = {}
+    for name, values in {**answers, **record}.items():
+        dims = [f"{name}_{axis}" for axis in range(1, values.ndim)]
+        kind = values.astype(np.int8) if values.dtype == bool else values
+        data[name] = (("case", *dims), kind)
+    write_netcdf(xr.Dataset(data, coords={"case": index}), path)
+
+
+def _assemble(scene: Scene, cases: xr.Dataset, files: list[Path], path: Path, compress: bool, recipe: dict) -> None:
+    """Write the dataset from its pieces, one after another: of the judged quantity memory holds one piece."""
+    judged, *others = scene.quantities
+    small: dict[str, Quantity] = {**{name: scene.quantities[name] for name in others}, **scene.record,
+                                  "solve_seconds": SECONDS}
+    n_case = cases.sizes["case"]
+    table: dict[str, np.ndarray] = {}
     for file in files:
         with open_netcdf(file) as piece:
             index = piece["case"].values
-            residual[index], seconds[index] = piece["residual"].values, piece["seconds"].values
-    frame = cases.assign_coords(scene.field_coordinates(np.arange(n_node))).assign({
-        "residual": ("case", residual, {
-            "long_name": "relative residual ||Z u - f|| / ||f|| of the direct solve", "units": "1"}),
-        "solve_seconds": ("case", seconds, {
-            "long_name": "wall time of the direct solve, factorizations shared", "units": "s"}),
-        **mesh_variables(scene)})
+            for name in small:
+                values = piece[name].values
+                # words grow with the longest; objects are turned into text below
+                kind = object if values.dtype.kind in "OU" else values.dtype
+                table.setdefault(name, np.empty((n_case, *values.shape[1:]), dtype=kind))[index] = values
+    frame = cases.assign_coords(scene.coordinates()).assign({
+        name: (("case", *quantity.dims), table[name].astype(str) if table[name].dtype == object else table[name], {
+            **quantity.attributes, **_at_nodes(scene, quantity)}) for name, quantity in small.items()})
+    frame = frame.assign(mesh_variables(scene.grid))
     frame.attrs = {**dataset_attributes(scene), **stamp(), "recipe": json.dumps(recipe)}
+    quantity = scene.quantities[judged]
 
     def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
         for file in files:
             piece = read_netcdf(file)
-            yield piece["case"].values, scene.on_all_nodes(piece["displacement"].values)
+            yield piece["case"].values, scene.whole(piece[judged].values)
 
-    attributes = {"long_name": scene.displacement_name, "units": "m", "mesh": "mesh", "location": "node",
-                  "coordinates": "node_x node_y node_z"}
-    write_in_blocks(frame, path, "displacement", ("case", "node", "component"), scene.dtype, attributes, blocks(),
-                    compress)
+    sample = read_netcdf(files[0])[judged]
+    write_in_blocks(frame, path, judged, ("case", *quantity.dims), sample.dtype,
+                    {**quantity.attributes, **_at_nodes(scene, quantity)}, blocks(), compress)
+
+
+def _at_nodes(scene: Scene, quantity: Quantity) -> dict[str, str]:
+    if scene.grid is None or "node" not in quantity.dims:
+        return {}
+    axes = "xyz"[:scene.grid.nodes.shape[1]]
+    return {"mesh": "mesh", "location": "node", "coordinates": " ".join(f"node_{axis}" for axis in axes)}

@@ -13,19 +13,18 @@ import numpy as np
 import xarray as xr
 
 from rom.datasets.schema import SPLIT_FLAGS
-from rom.scenes import CaseArrays, FingerOnGlass, PathArrays, Scene
+from rom.scenes.scene import Cases, Scene
 
 SPLITS = ("published", "hard")
 HELD_OUT_FRACTION = 0.2
 
 
-def split_variables(scene: Scene | FingerOnGlass, arrays: CaseArrays | PathArrays, n_within: int, seed: int
-                    ) -> dict[str, tuple]:
+def split_variables(scene: Scene, arrays: Cases, n_within: int, seed: int) -> dict[str, tuple]:
     """Variables ``split_published``, ``split_hard`` and ``hard_region``.
 
     Parameters
     ----------
-    arrays : CaseArrays or PathArrays
+    arrays : Cases
         Cases within the published ranges first.
     n_within : int
         How many they are.
@@ -36,7 +35,7 @@ def split_variables(scene: Scene | FingerOnGlass, arrays: CaseArrays | PathArray
     published = np.full(count, SPLIT_FLAGS["unused"], dtype=np.int8)
     published[:n_within] = SPLIT_FLAGS["train"]
     published[:n_within][_published_test(scene, arrays, n_within, seed)] = SPLIT_FLAGS["test"]
-    region = scene.hard_region(arrays, seed).astype(np.int8)  # type: ignore[arg-type]  # each takes its own kind
+    region = scene.hard_region(arrays, seed).astype(np.int8)
     hard = np.where(region > 0, SPLIT_FLAGS["test"], SPLIT_FLAGS["train"]).astype(np.int8)
     flags = {"flag_values": np.array(list(SPLIT_FLAGS.values()), dtype=np.int8),
              "flag_meanings": " ".join(SPLIT_FLAGS), "units": "1"}
@@ -56,11 +55,10 @@ def held_out_numbers(count: int, seed: int) -> np.ndarray:
     return np.random.default_rng([seed, 20]).permutation(count)[:round(HELD_OUT_FRACTION * count)]
 
 
-def _published_test(scene: Scene | FingerOnGlass, arrays: CaseArrays | PathArrays, n_within: int, seed: int
-                    ) -> np.ndarray:
+def _published_test(scene: Scene, arrays: Cases, n_within: int, seed: int) -> np.ndarray:
     """(n_within,) ndarray of bool: the cases within the ranges that are held out."""
     held = np.zeros(n_within, dtype=bool)
-    if isinstance(scene, Scene) and isinstance(arrays, CaseArrays) and scene.n_published is not None:
+    if scene.n_published is not None:
         whole = np.zeros(scene.n_published, dtype=bool)
         whole[held_out_numbers(scene.n_published, seed)] = True
         held = whole[scene.published_number(arrays.take(np.arange(n_within)))]

@@ -16,16 +16,17 @@ from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import SolverError
 from rom.fullorder import Modes, SecondOrderModel
 from rom.fullorder.load_vectors import load_vectors
-from rom.scenes import Scene
+from rom.fullorder.poles import Poles, operating_points
+from rom.scenes import LinearScene
 
 RESIDUAL_LIMIT = 1e-8
 """Largest true relative residual of a case that is stored."""
 
 
-def kept_modes(scene: Scene, count: int, path: Path) -> Modes:
+def kept_modes(scene: LinearScene, count: int, path: Path) -> Modes:
     """The shared modes, computed once and kept: pieces of different runs must build on the same."""
     if not path.exists():
-        found = scene.full_order.natural_modes(count=min(count, scene.n_free - 1))
+        found = scene.model.natural_modes(count=min(count, scene.n_free - 1))
         write_netcdf(xr.Dataset({"shape": (("dof", "mode"), found.shape), "eigenvalue": ("mode", found.eigenvalue)},
                                 attrs={"bound": found.next_eigenvalue_bound}), path)
     data = read_netcdf(path)
@@ -34,7 +35,8 @@ def kept_modes(scene: Scene, count: int, path: Path) -> Modes:
     return Modes(value, shape, np.zeros(len(value)), len(value), bound, bound)
 
 
-def make_piece(scene: Scene, modes: Modes, loads: np.ndarray, vectors: int, points: np.ndarray, path: Path) -> None:
+def make_piece(scene: LinearScene, modes: Modes, loads: np.ndarray, vectors: int, points: np.ndarray, path: Path
+               ) -> None:
     """Vectors, poles and true residuals of the unit loads ``loads`` at all ``points`` (n_point, 2), as a file.
 
     Raises
@@ -44,11 +46,11 @@ def make_piece(scene: Scene, modes: Modes, loads: np.ndarray, vectors: int, poin
     """
     start = time.perf_counter()
     unit = np.ascontiguousarray(scene.unit_loads[:, loads])
-    found = load_vectors(scene.full_order, modes, unit, vectors)
+    found = load_vectors(scene.model, modes, unit, vectors)
     participation = unit.T @ modes.shape
     residual = np.empty((len(loads), len(points)))
     difference = np.empty_like(residual)
-    check = ResidualCheck(scene.full_order, modes.shape)
+    check = ResidualCheck(scene.model, modes.shape)
     for i in range(len(loads)):
         own = np.ascontiguousarray(found.vectors[i].T)
         coefficients = pole_coefficients(modes.eigenvalue, participation[i], found.theta[i], found.first[i], points)
@@ -69,9 +71,9 @@ def make_piece(scene: Scene, modes: Modes, loads: np.ndarray, vectors: int, poin
 def pole_coefficients(eigenvalue: np.ndarray, participation: np.ndarray, theta: np.ndarray, share: np.ndarray,
                       points: np.ndarray) -> np.ndarray:
     """(n_point, m + p) ndarray, complex: coefficients of one unit load's answers."""
-    stiffness, inertia = 1.0 + 1j * points[:, 1:], (2.0 * np.pi * points[:, :1]) ** 2
-    return np.concatenate([participation / (eigenvalue * stiffness - inertia), share / (stiffness - inertia * theta)],
-                          axis=1)
+    point = operating_points(*points.T)
+    return np.concatenate([Poles.of_modes(eigenvalue).at(participation, *point),
+                           Poles.of_vectors(theta).at(share, *point)], axis=1)
 
 
 class ResidualCheck:
@@ -115,7 +117,7 @@ class ResidualCheck:
         again = self.q.T @ block  # twice is enough
         block -= self.q @ again
         tail = np.asarray(np.linalg.qr(block, mode="r"))
-        stiffness, inertia = 1.0 + 1j * points[:, 1:], (2.0 * np.pi * points[:, :1]) ** 2
+        stiffness, inertia = operating_points(*points.T)
         shared, rest = coefficients[:, :self.m], coefficients[:, self.m:]
         shared = np.concatenate([stiffness * shared, -inertia * shared], axis=1)
         rest = np.concatenate([stiffness * rest, -inertia * rest, np.full((len(points), 1), -1.0)], axis=1)

@@ -1,6 +1,7 @@
 """The fingertip: anatomy in, mesh and matrices out."""
 
 from rom.fingertip.anatomy import TISSUES, Anatomy, Tissue
+from rom.fingertip.body import FingertipBody
 from rom.fingertip.fingertip import DIRECTIONS, PRESETS, Fingertip
 from rom.fingertip.interpolation import interpolation_from
 from rom.fingertip.mesh import FingertipMesh, build_mesh
@@ -13,6 +14,7 @@ __all__ = [
     "TISSUES",
     "Anatomy",
     "Fingertip",
+    "FingertipBody",
     "FingertipMesh",
     "MeshDensity",
     "SurfaceShape",

@@ -14,21 +14,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
+from rom.checks import shown
 from rom.errors import AnatomyError
-from rom.fingertip.shape import SurfaceShape, real_number, shown
+from rom.fingertip.shape import SurfaceShape, real_number
 
 TISSUES = ("stratum_corneum", "epidermis", "dermis", "hypodermis", "nail_bed", "nail_plate")
 """Tissue names in the order of their integer ids in a mesh."""
 
 SMALLEST, LARGEST = 1e-15, 1e15
-"""Range of every positive number of an anatomy, in the tables' own units."""
-
-
-def _refuse_extreme(name: str, value: float, unit: str) -> None:
-    """Refuse what double precision cannot hold beside the other numbers of a fingertip."""
-    if not SMALLEST <= value <= LARGEST:
-        raise AnatomyError(f"{name} is {value:g} {unit}, but it must lie between {SMALLEST:g} and {LARGEST:g}: "
-                           "give a value nearer to the tables'.")
+"""Range of every positive number of an anatomy, in the tables' own units: double precision holds no others together."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +49,10 @@ class Tissue:
     density: float
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            object.__setattr__(self, item.name, real_number(f"Tissue {item.name}", getattr(self, item.name)))
         for name, unit in (("elastic_modulus", "MPa"), ("density", "g/cm3")):
-            value = getattr(self, name)
-            if value <= 0:
-                raise AnatomyError(f"Tissue {name} is {value:g}, but it must be positive: give it in {unit}.")
-            _refuse_extreme(f"Tissue {name}", value, unit)
+            value = real_number(f"Tissue {name}", getattr(self, name), SMALLEST, LARGEST, unit=unit)
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "poisson_ratio", real_number("Tissue poisson_ratio", self.poisson_ratio))
         if not -1 < self.poisson_ratio < 0.5:
             raise AnatomyError(
                 f"Tissue poisson_ratio is {self.poisson_ratio:g}, but it must satisfy -1 < nu < 0.5: "
@@ -153,10 +144,7 @@ class Anatomy:
 
     def __post_init__(self) -> None:
         for name in DIMENSIONS:
-            value = real_number(f"Anatomy {name}", getattr(self, name))
-            if value <= 0:
-                raise AnatomyError(f"Anatomy {name} is {value:g}, but it must be positive: give it in mm.")
-            _refuse_extreme(f"Anatomy {name}", value, "mm")
+            value = real_number(f"Anatomy {name}", getattr(self, name), SMALLEST, LARGEST, unit="mm")
             object.__setattr__(self, name, value)
         for name in TISSUES:
             if not isinstance(getattr(self, name), Tissue):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import operator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal, Self, get_args
@@ -13,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
+from rom.checks import shown, whole_number
 from rom.fingertip import elasticity
 from rom.fingertip.anatomy import Anatomy
 from rom.fingertip.elements import Formulation, check_formulation
 from rom.fingertip.mesh import FingertipMesh, build_mesh
-from rom.fingertip.shape import shown
 from rom.fingertip.shell import Floats, Ints, MeshDensity
 
 Rear = Literal["free", "fixed"]
@@ -30,6 +29,8 @@ PRESETS = {
     "study": MeshDensity((16, 16), 8, 8),
     # 7,695 nodes and 239 pad nodes, beside the metamodel study's 7,677 and 239
     "metamodel": MeshDensity((14, 16), 6, 4),
+    # 1,014 nodes: a check that everything runs, not a result
+    "quick": MeshDensity((6, 6), 3, 2, (1, 1, 1, 2)),
 }
 """Mesh densities of the presets, by name."""
 
@@ -146,7 +147,7 @@ class Fingertip:
             components = np.empty(0)
         if components.dtype.kind not in "iuf" or components.shape != (3,) or not np.isfinite(components).all():
             raise ValueError(f"The force is {shown(vector)}, but it needs three finite components [N]: give x, y, z.")
-        index = whole_number("The node", node)
+        index = whole_number("node", node)
         if not 0 <= index < self.mesh.n_nodes:
             last = self.mesh.n_nodes - 1
             raise ValueError(f"Node {index} does not exist, as nodes go from 0 to {last}: choose one of them.")
@@ -177,7 +178,7 @@ class Fingertip:
         ValueError
             For a position outside the pad, or a pad node that a fixed rear holds.
         """
-        index, count = whole_number("The pad index", pad_index), len(self.mesh.pad_nodes)
+        index, count = whole_number("pad_index", pad_index), len(self.mesh.pad_nodes)
         if not 0 <= index < count:
             raise ValueError(
                 f"Pad index {index} is outside the pad, as mesh.pad_nodes has positions 0 to {count - 1}: "
@@ -204,7 +205,7 @@ class Fingertip:
         ValueError
             For a node that is not on the skin, or whose normal is the finger's long axis.
         """
-        node = whole_number("The node", node)
+        node = whole_number("node", node)
         self.mesh.check_skin_node(node)
         normal = -self.mesh.normals[node]
         along = np.array([1.0, 0.0, 0.0]) - normal[0] * normal
@@ -276,11 +277,3 @@ class Fingertip:
     def _on_free_dofs(self, matrices: dict[str, sparse.csr_matrix]) -> dict[str, sparse.csc_matrix]:
         free = self.free_dofs
         return {name: sparse.csc_matrix(matrix[free][:, free]) for name, matrix in matrices.items()}
-
-
-def whole_number(name: str, value: Any) -> int:
-    """``value`` as an int; ValueError where it is none."""
-    try:
-        return operator.index(value)
-    except TypeError as error:
-        raise ValueError(f"{name} is {shown(value)}, but it must be a whole number: give one.") from error

@@ -7,34 +7,19 @@ outward").  The calibrated numbers below were fitted to the published volume and
 
 from __future__ import annotations
 
-import math
-import numbers
 from dataclasses import dataclass, fields
 from typing import Any
 
+from rom import checks
 from rom.errors import AnatomyError
 
-LONGEST = 60
 
-
-def shown(value: Any) -> str:
-    """A value as a message shows it: on one line, and short."""
+def real_number(name: str, value: Any, *limits: float, **more: Any) -> float:
+    """:func:`rom.checks.real_number`, whose refusals are AnatomyErrors."""
     try:
-        text = " ".join(repr(value).split())
-    except ValueError:  # an integer of thousands of digits
-        text = f"a {type(value).__name__} too long to show"
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
-
-
-def real_number(name: str, value: Any) -> float:
-    """Return `value` as a float, or raise AnatomyError if it is not a finite real number."""
-    try:
-        number = float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else math.nan
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise AnatomyError(f"{name} is {shown(value)}, but it must be a finite real number: give a plain number.")
-    return number
+        return checks.real_number(name, value, *limits, **more)
+    except ValueError as error:
+        raise AnatomyError(str(error)) from None
 
 
 @dataclass(frozen=True)
@@ -112,11 +97,5 @@ class SurfaceShape:
             "least_hypodermis": (0.01, 0.5),
         }
         for item in fields(self):
-            value = real_number(f"SurfaceShape {item.name}", getattr(self, item.name))
-            low, high = bounds[item.name]
-            if not low <= value <= high:
-                raise AnatomyError(
-                    f"SurfaceShape {item.name} is {value:g}, but it must lie between {low:g} and {high:g}: "
-                    "choose a value inside."
-                )
+            value = real_number(f"SurfaceShape {item.name}", getattr(self, item.name), *bounds[item.name])
             object.__setattr__(self, item.name, value)

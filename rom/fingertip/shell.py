@@ -16,8 +16,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.checks import shown
 from rom.errors import AnatomyError
-from rom.fingertip.shape import real_number, shown
+from rom.fingertip.shape import real_number
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,10 +63,7 @@ class MeshDensity:
 
     def scaled(self, factor: float) -> MeshDensity:
         """Return the density with every count multiplied by `factor` and rounded to a permitted one."""
-        factor = real_number("Density factor", factor)
-        if not 0 < factor <= LARGEST_FACTOR:
-            raise AnatomyError(f"Density factor is {factor:g}, but it must be positive and at most {LARGEST_FACTOR:g}: "
-                               "use e.g. 0.5 or 2.")
+        factor = real_number("Density factor", factor, above=0.0, most=LARGEST_FACTOR)
 
         def count(value: float) -> int:
             return max(1, int(np.floor(value * factor + 0.5)))

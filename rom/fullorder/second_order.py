@@ -8,6 +8,7 @@ the dissipation (omega / 2) u^H (eta K + L) u.
 
 from __future__ import annotations
 
+import copy
 import logging
 import math
 from collections.abc import Callable
@@ -92,6 +93,22 @@ class SecondOrderModel:
         self._harmonic: Factorization | None = None
         self._harmonic_case: tuple[float, float] | None = None
 
+    def afresh(self, backend: str | None = None) -> SecondOrderModel:
+        """The same matrices with nothing factorised yet, for another backend if one is named."""
+        other = copy.copy(self)
+        if backend is not None:
+            other.backend = choose_backend(backend)
+        other._static = other._harmonic = other._harmonic_case = None
+        return other
+
+    def forget_harmonic(self) -> None:
+        """Let the factor of Z go, symbolic phase and all: the next one owes nothing to earlier cases."""
+        self._harmonic = self._harmonic_case = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Matrices alone: factors live in the solver's memory and are made again where they are needed."""
+        return {**vars(self), "_static": None, "_harmonic": None, "_harmonic_case": None}
+
     @property
     def n(self) -> int:
         """Number of degrees of freedom."""
@@ -103,6 +120,16 @@ class SecondOrderModel:
         if self._mass is None:
             raise ValueError("this model has no mass matrix, it answers statics only: construct it with mass=...")
         return self._mass
+
+    @property
+    def matrices(self) -> tuple[sp.csr_array | None, ...]:
+        """Stiffness, mass and loss stiffness; None for what the model has not."""
+        return self.stiffness, self._mass, self.loss_stiffness
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether it was made with a mass matrix."""
+        return self._mass is not None
 
     @property
     def has_static_factorization(self) -> bool:

@@ -125,7 +125,7 @@ class Models:
         path = weights_path(method, settings[TRAINED], SPLITS[0])
         settings = constructor_settings(method, settings)
         if path.exists() and _torch_is_there():
-            from rom.metamodels.networks.files import read_attributes
+            from rom.datasets.tensors import read_attributes
 
             try:
                 if read_attributes(path)["scene_hash"] == scene.content_hash:

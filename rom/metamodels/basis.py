@@ -21,26 +21,26 @@ def check_precision(precision: str) -> str:
 
 
 class Basis:
-    """Fields as rows, for the full field and for the pad alone.
+    """Fields as rows, for the full field and for the scene's part alone.
 
     Parameters
     ----------
     vectors : (r, n_free) ndarray
-    pad_rows : (3 n_pad,) ndarray of int
+    part_rows : (n_part,) ndarray of int
     precision : {"float64", "float32"}
     """
 
-    def __init__(self, vectors: np.ndarray, pad_rows: np.ndarray, precision: str = "float64") -> None:
+    def __init__(self, vectors: np.ndarray, part_rows: np.ndarray, precision: str = "float64") -> None:
         kind = PRECISIONS[check_precision(precision)]
         self.field = np.ascontiguousarray(vectors, dtype=kind)
-        self.pad = np.ascontiguousarray(self.field[..., pad_rows])
+        self.part = np.ascontiguousarray(self.field[..., part_rows])
 
     def rows(self, outputs: str) -> np.ndarray:
-        return self.pad if outputs == "pad" else self.field
+        return self.field if outputs == "field" else self.part
 
     @property
     def nbytes(self) -> int:
-        return self.field.nbytes + self.pad.nbytes
+        return self.field.nbytes + self.part.nbytes
 
 
 def combine(coefficients: np.ndarray, rows: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:

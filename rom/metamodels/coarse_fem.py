@@ -10,15 +10,17 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-import scipy.sparse as sp
 import xarray as xr
 
-from rom.fingertip import Fingertip, interpolation_from
+from rom.bodies import Coarser
+from rom.checks import real_number
 from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import room
 from rom.metamodels.direct import factor_bytes
+from rom.metamodels.facts import Curve, Needs
+from rom.metamodels.linear import not_linear
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 
 class CoarseFem(Metamodel):
@@ -26,56 +28,56 @@ class CoarseFem(Metamodel):
 
     name: ClassVar[str] = "coarse-fem"
     summary: ClassVar[str] = "solves the same finite-element model on a coarser mesh and interpolates"
-    scenes: ClassVar[tuple[str, ...]] = (
-        StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name)
+    colour: ClassVar[str] = "#999933"
+    slow: ClassVar[int] = 4
     _model: SecondOrderModel
 
-    def __init__(self, scene: Scene, scale: float = 0.6) -> None:
-        if not 0.1 <= scale <= 4.0:
-            raise ValueError(f"scale={scale:g} is out of range: give 0.1 (very coarse) to 4 (very fine)")
-        super().__init__(scene, scale=scale)
+    def __init__(self, scene: LinearScene, scale: float = 0.6) -> None:
+        super().__init__(scene, scale=real_number("scale", scale, 0.1, 4.0))
+
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_linear(scene) or (None if scene.body.has_coarser else  # type: ignore[attr-defined]
+                                     "the body has no other mesh")
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        return Curve(({"scale": 0.5}, {"scale": 0.75}))
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"scale": 0.7},))
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(solves=True, other_mesh=True)
 
     @cached_property
-    def other(self) -> Fingertip:
-        """The same anatomy on the other mesh."""
-        tip = self.scene.fingertip
-        return Fingertip(tip.anatomy, tip.density.scaled(self.settings["scale"]), formulation=tip.formulation,
-                         rear=tip.rear)
-
-    @cached_property
-    def _prolongation(self) -> sp.csr_matrix:
-        """(n_free, n_free of the other mesh): interpolates displacement at free degrees of freedom."""
-        nodal = interpolation_from(self.other.mesh, self.scene.fingertip.mesh)
-        full = sp.kron(nodal, sp.identity(3), format="csr")
-        return full[self.scene.fingertip.free_dofs][:, self.other.free_dofs].tocsr()
+    def other(self) -> Coarser:
+        """The same body on the other mesh, and the interpolation between the two."""
+        return self.scene.body.coarser(self.settings["scale"])
 
     @property
     def model_bytes(self) -> int:
         return factor_bytes(self._model, self.scene.harmonic)
 
     def _fit(self, train: xr.Dataset | None) -> None:
-        harmonic = self.scene.harmonic
-        self._model = SecondOrderModel(self.other.stiffness, self.other.mass if harmonic else None)
-        self._pad_prolongation = self._prolongation[self.scene.pad_rows]
-        self._loads = self._prolongation.T @ self.scene.unit_loads
-        if harmonic:
+        self._model = self.other.body.model.afresh()
+        self._part_prolongation = self.other.prolongation[self.scene.part_rows]
+        self._loads = self.other.prolongation.T @ self.scene.unit_loads
+        if self.scene.harmonic:
             self._model.solve_harmonic(self._loads[:, :1], 1.0, 0.1)
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
-        carry = self._pad_prolongation if outputs == "pad" else self._prolongation
+        carry = self.other.prolongation if outputs == "field" else self._part_prolongation
         out = room(out, len(cases), carry.shape[0], self.scene.dtype)
         for group in self.scene.groups(cases):
             block = cases.take(group)
             force = np.stack([self._loads[:, n] @ f for n, f in zip(block.node, block.force, strict=True)], axis=1)
-            if self.scene.harmonic:
-                answer = self._model.solve_harmonic(force, float(block.frequency[0]), float(block.loss_factor[0]))
-            else:
-                answer = self._model.solve_static(force)
+            point = self.scene.point(block)
+            answer = self._model.solve_harmonic(force, *point) if point else self._model.solve_static(force)
             out[group] = (carry @ answer).T
         return out
 
-    def _state(self) -> xr.Dataset:
-        return xr.Dataset()
-
-    def _restore(self, data: xr.Dataset) -> None:
+    def _restored(self, data: xr.Dataset) -> None:
         self._fit(None)

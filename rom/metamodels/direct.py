@@ -16,10 +16,12 @@ import xarray as xr
 
 from rom.fullorder import IllConditionedWarning, SecondOrderModel
 from rom.metamodels.basis import room
+from rom.metamodels.facts import Needs
+from rom.metamodels.linear import not_linear
 from rom.metamodels.metamodel import Metamodel
-from rom.metamodels.residual_bound import energy_norms, residual_bound
+from rom.metamodels.residual_bound import residual_bound
 from rom.metamodels.validity import Assessment
-from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 DOUBTFUL = 1e-6
 """Estimated relative error above which `direct` does not stand behind an answer: rounding, greatly amplified."""
@@ -30,13 +32,22 @@ class Direct(Metamodel):
 
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "factorises and solves the full finite-element model for each case, symbolic phase reused"
-    scenes: ClassVar[tuple[str, ...]] = (
-        StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name)
+    colour: ClassVar[str] = "#000000"
+    full_order: ClassVar[bool] = True
+    slow: ClassVar[int] = 32
     keeps_factor: ClassVar[bool] = False
     _model: SecondOrderModel
 
-    def __init__(self, scene: Scene, backend: str = "auto") -> None:
+    def __init__(self, scene: LinearScene, backend: str = "auto") -> None:
         super().__init__(scene, backend=backend)
+
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_linear(scene, "the tangent changes in every iteration: there is no factor to keep")
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(solves=True)
 
     @property
     def backend(self) -> str:
@@ -49,8 +60,7 @@ class Direct(Metamodel):
 
     def _fit(self, train: xr.Dataset | None) -> None:
         scene = self.scene
-        self._model = SecondOrderModel(scene.fingertip.stiffness, scene.fingertip.mass if scene.harmonic else None,
-                                       backend=self.settings["backend"])
+        self._model = scene.model.afresh(self.settings["backend"])
         # the symbolic phase, and with `direct-reused` the static factor, belong to the offline stage
         first = CaseArrays(np.zeros((1, 1), dtype=np.int64), np.ones((1, 1)),
                            *((np.ones(1), np.full(1, 0.1)) if scene.harmonic else ()))
@@ -58,8 +68,8 @@ class Direct(Metamodel):
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         scene = self.scene
-        rows = scene.pad_rows if outputs == "pad" else slice(None)
-        out = room(out, len(cases), len(scene.pad_rows) if outputs == "pad" else scene.n_free, scene.dtype)
+        rows = slice(None) if outputs == "field" else scene.part_rows
+        out = room(out, len(cases), scene.n_outputs(outputs), scene.dtype)
         for group in self._groups(cases):
             out[group] = self._solve(cases.take(group))[rows].T
         return out
@@ -80,8 +90,8 @@ class Direct(Metamodel):
     def _answer(self, cases: CaseArrays) -> tuple[np.ndarray, Assessment]:
         self._check_fitted()
         scene = self.scene
-        rows = scene.pad_rows if scene.outputs == "pad" else slice(None)
-        values = np.empty((len(cases), len(scene.pad_rows) if scene.outputs == "pad" else scene.n_free), scene.dtype)
+        rows = slice(None) if scene.outputs == "field" else scene.part_rows
+        values = np.empty((len(cases), scene.n_outputs(scene.outputs)), scene.dtype)
         error, doubted = np.empty(len(cases)), np.zeros(len(cases), dtype=bool)
         for group in self._groups(cases):
             block = cases.take(group)
@@ -109,7 +119,8 @@ class Direct(Metamodel):
         factor = self._model.harmonic_factorization(float(block.frequency[0]), float(block.loss_factor[0])) \
             if self.scene.harmonic else self._model.static_factorization
         step = factor.solve(residual)
-        miss, size = (energy_norms(part, self._model.stiffness) for part in (step, field + step))
+        energy = residual_bound(self.scene).energy
+        miss, size = energy.norms(step.T)[1], energy.norms((field + step).T)[0]
         return np.divide(miss, size, out=np.where(miss == 0.0, 0.0, np.inf), where=size > 0)
 
     @staticmethod
@@ -118,11 +129,8 @@ class Direct(Metamodel):
         doubt = "rounding errors are amplified, as near an undamped resonance or by an ill-conditioned stiffness"
         return Assessment(error, "estimate", np.where((error > DOUBTFUL) | doubted, doubt, ""))
 
-    def _state(self) -> xr.Dataset:
-        return xr.Dataset()  # the scene in the attributes is all that it is
-
-    def _restore(self, data: xr.Dataset) -> None:
-        self._fit(None)
+    def _restored(self, data: xr.Dataset) -> None:
+        self._fit(None)  # the scene in the attributes is all that it is
 
 
 def factor_bytes(model: SecondOrderModel, harmonic: bool) -> int:
@@ -133,6 +141,7 @@ def factor_bytes(model: SecondOrderModel, harmonic: bool) -> int:
 class DirectReused(Direct):
     """Keep the factor wherever the mathematics allows."""
 
+    colour: ClassVar[str] = "#777777"
     name: ClassVar[str] = "direct-reused"
     summary: ClassVar[str] = "direct, keeping the factor wherever the mathematics allows, many right-hand sides at once"
     keeps_factor: ClassVar[bool] = True
@@ -142,4 +151,4 @@ class DirectOnDemand(DirectReused):
     """`direct-reused` on the scene's own model and the factors that it has; nothing is made ahead."""
 
     def _fit(self, train: xr.Dataset | None) -> None:
-        self._model = self.scene.full_order
+        self._model = self.scene.model

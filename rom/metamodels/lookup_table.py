@@ -18,11 +18,13 @@ import numpy as np
 import xarray as xr
 
 from rom.metamodels.basis import Basis, check_precision, combine
+from rom.metamodels.facts import Curve, Needs
+from rom.metamodels.linear import not_harmonic
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.modal import ModalKrylov
+from rom.metamodels.stored import Stored
 from rom.metamodels.validity import joined
-from rom.scenes import CaseArrays, HarmonicPointForce, Scene
-from rom.scenes.harmonic_point_force import FREQUENCY, LOSS_FACTOR
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 NEIGHBOURS = {"linear": 2, "cubic": 4}
 VARIABLES = ("point", "s")
@@ -47,11 +49,39 @@ class LookupTable(Metamodel):
 
     name: ClassVar[str] = "lookup-table"
     summary: ClassVar[str] = "interpolates between stored responses on a grid of frequency and loss factor"
-    scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
+    colour: ClassVar[str] = "#0072B2"
+    stored: ClassVar[tuple[Stored, ...]] = (
+        Stored("_shapes", ("mode", "dof"), "shape that all loads share"),
+        Stored("_own", ("load", "vector", "dof"), "shape of one load alone"),
+        Stored("_table", ("load", "point", "coordinate"), "coordinates of the response to a unit load in its shapes"))
     _shapes: Basis
     _own: Basis
 
-    def __init__(self, scene: Scene, frequencies: int = 61, loss_factors: int = 9, interpolation: str = "cubic",
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        reason = not_harmonic(scene, "has nothing to interpolate over: a table of unit responses is `superposition`",
+                              "a path has a history: what is tabulated there are whole paths, by `interpolation`")
+        if reason is not None:
+            return reason
+        low, high = scene.input("loss_factor").range or (0.0, 0.0)
+        return None if high > low else "a table needs a range of loss factors, and this scene has one alone"
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        coarse, fine = {"frequencies": 31, "loss_factors": 5}, {"frequencies": 61, "loss_factors": 9}
+        linear, cubic = {"interpolation": "linear"}, {"interpolation": "cubic"}
+        return Curve(({**coarse, **linear}, {**fine, **linear}, {**coarse, **cubic}, {**fine, **cubic},
+                      {**coarse, **linear, "variable": "s"}, {**coarse, **cubic, "variable": "s"}), headline=3)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},))
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(modes=True, responses=True)
+
+    def __init__(self, scene: LinearScene, frequencies: int = 61, loss_factors: int = 9, interpolation: str = "cubic",
                  variable: str = "point", modes: int = 40, vectors: int = 6, precision: str = "float64") -> None:
         if interpolation not in NEIGHBOURS or variable not in VARIABLES:
             raise ValueError(f"interpolation={interpolation!r} in variable={variable!r} is unknown: choose one of "
@@ -97,7 +127,7 @@ class LookupTable(Metamodel):
     def _fit(self, train: xr.Dataset | None) -> None:
         made = ModalKrylov(self.scene, self.settings["modes"], self.settings["vectors"], self.settings["precision"])
         made.fit()
-        self._shapes, self._own = made._shapes, made._own
+        self._shapes, self._own = made.shapes, made.own_shapes
         self._grid()
         frequency, loss_factor = (a.ravel() for a in np.meshgrid(self._frequency, self._loss_factor, indexing="ij"))
         one = np.ones((len(frequency), 1))
@@ -105,13 +135,14 @@ class LookupTable(Metamodel):
         for load in range(self.scene.n_loads):
             cases = CaseArrays(np.full(one.shape, load), one, frequency, loss_factor)
             stiffness, inertia = 1.0 + 1j * loss_factor[:, None], (2.0 * np.pi * frequency[:, None]) ** 2
-            own = made._own_coordinates(cases.node[:, 0], one[:, 0], stiffness, inertia)
+            own = made.own_coordinates(cases.node[:, 0], one[:, 0], stiffness, inertia)
             table.append(np.concatenate([made.coordinates(cases), own], axis=1))
         self._table = np.stack(table)
 
     def _grid(self) -> None:
-        self._frequency = np.linspace(FREQUENCY[0], FREQUENCY[-1], self.settings["frequencies"])
-        self._loss_factor = np.linspace(LOSS_FACTOR[0], LOSS_FACTOR[-1], self.settings["loss_factors"])
+        self._frequency, self._loss_factor = (
+            np.linspace(*self.scene.input(name).range, self.settings[count])
+            for name, count in (("frequency", "frequencies"), ("loss_factor", "loss_factors")))
 
     def _weights(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
         """Positions of the neighbours in the table and their weights, both (n_case, q^2)."""
@@ -148,18 +179,7 @@ class LookupTable(Metamodel):
                 out[row] += field
         return out
 
-    def _state(self) -> xr.Dataset:
-        return xr.Dataset({
-            "shape": (("mode", "dof"), self._shapes.field, {"long_name": "shape that all loads share"}),
-            "own_shape": (("load", "vector", "dof"), self._own.field, {"long_name": "shape of one load alone"}),
-            "table": (("load", "point", "coordinate"), self._table, {
-                "long_name": "coordinates of the response to a unit load in its shapes"})})
-
-    def _restore(self, data: xr.Dataset) -> None:
-        precision = self.settings["precision"]
-        self._shapes = Basis(data["shape"].values, self.scene.pad_rows, precision)
-        self._own = Basis(data["own_shape"].values, self.scene.pad_rows, precision)
-        self._table = data["table"].values
+    def _restored(self, data: xr.Dataset) -> None:
         self._grid()
 
 

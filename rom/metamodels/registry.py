@@ -1,79 +1,120 @@
-"""The canonical names and where they live; a method's module is imported when it is asked for, not before."""
+"""The canonical names and where they live; a method's module is imported when it is asked for, not before.
+
+A name may stand for several classes, one for each kind of scene: the same name is the same idea. A third party's methods
+come in by the entry point group ``rom.metamodels`` (``name = "module:Class"``), or by :func:`register`.
+"""
 
 from __future__ import annotations
 
-import json
+from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+from rom.checks import shown
 from rom.datasets.storage import open_netcdf
+from rom.datasets.tensors import read_attributes
 from rom.errors import SchemaError
-from rom.fingertip.shape import shown
-from rom.scenes import CONTACT_SCENES, FingerOnGlass, Scene
+from rom.metamodels.metamodel import Metamodel
+from rom.scenes import Scene, scene_from_json
 
-METHODS: dict[str, tuple[str, str]] = {
-    "direct": ("direct", "Direct"),
-    "direct-reused": ("direct", "DirectReused"),
-    "coarse-fem": ("coarse_fem", "CoarseFem"),
-    "superposition": ("superposition", "Superposition"),
-    "modal": ("modal", "Modal"),
-    "modal-static": ("modal", "ModalStatic"),
-    "modal-krylov": ("modal", "ModalKrylov"),
-    "lookup-table": ("lookup_table", "LookupTable"),
-    "pod-galerkin": ("pod", "PodGalerkin"),
-    "pod-regression": ("regression", "PodRegression"),
-    "transformer": ("networks.transformer", "Transformer"),
-    "mlp": ("networks.mlp", "Mlp"),
-    "mlp-residual": ("networks.mlp_residual", "MlpResidual"),
-    "pole-network": ("networks.pole_network", "PoleNetwork"),
+METHODS: dict[str, tuple[str, ...]] = {
+    "direct": ("rom.metamodels.direct:Direct", "rom.metamodels.finger_on_glass.direct:PathDirect"),
+    "direct-reused": ("rom.metamodels.direct:DirectReused",),
+    "coarse-fem": ("rom.metamodels.coarse_fem:CoarseFem", "rom.metamodels.finger_on_glass.coarse_fem:PathCoarseFem"),
+    "superposition": ("rom.metamodels.superposition:Superposition",),
+    "modal": ("rom.metamodels.modal:Modal",),
+    "modal-static": ("rom.metamodels.modal:ModalStatic",),
+    "modal-krylov": ("rom.metamodels.modal:ModalKrylov",),
+    "lookup-table": ("rom.metamodels.lookup_table:LookupTable",),
+    "interpolation": ("rom.metamodels.finger_on_glass.interpolation:PathInterpolation",),
+    "pod-galerkin": ("rom.metamodels.pod:PodGalerkin", "rom.metamodels.finger_on_glass.galerkin:PathGalerkin"),
+    "pod-regression": ("rom.metamodels.regression:PodRegression",
+                       "rom.metamodels.finger_on_glass.regression:PathRegression"),
+    "transformer": ("rom.metamodels.networks.transformer:Transformer",),
+    "mlp": ("rom.metamodels.networks.mlp:Mlp", "rom.metamodels.finger_on_glass.mlp:PathMlp"),
+    "mlp-residual": ("rom.metamodels.networks.mlp_residual:MlpResidual",),
+    "pole-network": ("rom.metamodels.networks.pole_network:PoleNetwork",),
 }
-"""Of the linear scenes."""
-
-CONTACT_METHODS: dict[str, tuple[str, str]] = {
-    "direct": ("direct", "ContactDirect"),
-    "coarse-fem": ("coarse_fem", "ContactCoarseFem"),
-    "interpolation": ("interpolation", "ContactInterpolation"),
-    "pod-galerkin": ("galerkin", "ContactGalerkin"),
-    "pod-regression": ("regression", "ContactRegression"),
-    "mlp": ("mlp", "ContactMlp"),
-}
-"""Of the scenes whose cases are load paths; the same name is the same idea."""
+"""Where the methods that come with the toolkit live, by name."""
+_REGISTERED: dict[str, tuple[type[Metamodel], ...]] = {}
 
 
-def metamodel_class(name: str, scene_name: str | None = None) -> Any:
-    """The class called ``name``; with ``scene_name`` that which serves this scene, if any does.
+def register(kind: type[Metamodel]) -> type[Metamodel]:
+    """Make a class known under its name for as long as this process lives; usable as a decorator.
 
     Raises
     ------
     ValueError
-        For an unknown method, or one that a contact scene has no use for.
+        For something that is no metamodel, or a name that is taken.
     """
-    known = METHODS | CONTACT_METHODS
-    if not isinstance(name, str) or name not in known:
-        raise ValueError(f"{shown(name)} is no method: choose from {', '.join(known)}")
-    if scene_name in CONTACT_SCENES:
-        if name not in CONTACT_METHODS:
-            raise ValueError(f"{name} does not apply to {scene_name}: choose from {', '.join(CONTACT_METHODS)}")
-        return _class("contact.", *CONTACT_METHODS[name])
-    return _class("", *METHODS[name]) if name in METHODS else _class("contact.", *CONTACT_METHODS[name])
+    if not isinstance(kind, type) or not issubclass(kind, Metamodel) or not isinstance(getattr(kind, "name", None), str):
+        raise ValueError(f"{shown(kind)} is no metamodel with a name: derive it from rom.Metamodel")
+    if kind.name in METHODS or any(known.__qualname__ != kind.__qualname__ for known in _REGISTERED.get(kind.name, ())):
+        raise ValueError(f"the name {kind.name!r} is taken: give the method another")
+    _REGISTERED[kind.name] = (kind,)
+    return kind
 
 
-def _class(folder: str, module: str, kind: str) -> Any:
-    return getattr(import_module(f"rom.metamodels.{folder}{module}"), kind)
+@cache
+def _third_parties() -> dict[str, tuple[str, ...]]:
+    return {point.name: (point.value,) for point in entry_points(group="rom.metamodels") if point.name not in METHODS}
 
 
-def create(name: str, scene: Scene | FingerOnGlass, **settings: Any) -> Any:
+def method_names() -> list[str]:
+    """Names of all methods, the toolkit's own first."""
+    return [*METHODS, *_third_parties(), *(name for name in _REGISTERED if name not in _third_parties())]
+
+
+def metamodel_classes(name: str) -> tuple[type[Metamodel], ...]:
+    """The classes called ``name``.
+
+    Raises
+    ------
+    ValueError
+        For an unknown method.
+    """
+    if isinstance(name, str) and name in _REGISTERED:
+        return _REGISTERED[name]
+    places = {**_third_parties(), **METHODS}
+    if not isinstance(name, str) or name not in places:
+        raise ValueError(f"{shown(name)} is no method: choose from {', '.join(method_names())}")
+    found = []
+    for place in places[name]:
+        module, _, member = place.partition(":")
+        found.append(getattr(import_module(module), member))
+    return tuple(found)
+
+
+def metamodel_class(name: str, scene: Scene) -> type[Metamodel]:
+    """The class called ``name`` that answers a scene.
+
+    Raises
+    ------
+    ValueError
+        For an unknown method, or one that does not apply, with the reason.
+    """
+    reasons = []
+    for kind in metamodel_classes(name):
+        reason = kind.why_not(scene)
+        if reason is None:
+            return kind
+        reasons.append(reason)
+    raise ValueError(f"{name} does not apply to {scene.name}: {reasons[0]}")
+
+
+def create(name: str, scene: Scene, **settings: Any) -> Any:
     """A metamodel of ``scene``, not yet fitted; ValueError for an unknown method, setting or scene.
 
     Returns
     -------
-    Metamodel or ContactMetamodel
+    Metamodel
     """
-    if not isinstance(scene, Scene | FingerOnGlass):
-        metamodel_class(name)
-        raise ValueError(f"the scene is {shown(scene)}: make one with rom.scenes.get_scene")
-    kind = metamodel_class(name, scene.name)
+    if not isinstance(scene, Scene):
+        metamodel_classes(name)
+        raise ValueError(f"the scene is {shown(scene)}: make one with rom.scene or rom.LinearScene")
+    kind = metamodel_class(name, scene)
     try:
         return kind(scene, **settings)
     except (TypeError, OverflowError) as error:
@@ -81,19 +122,21 @@ def create(name: str, scene: Scene | FingerOnGlass, **settings: Any) -> Any:
         raise ValueError(f"{name} does not take the settings {', '.join(settings)}: {reason}") from error
 
 
-def applicable(scene_name: str) -> list[str]:
-    """Names of the methods that answer a scene; imports the linear methods' modules but no torch."""
-    if scene_name in CONTACT_SCENES:
-        return list(CONTACT_METHODS)
-    return [name for name in METHODS if scene_name in metamodel_class(name).scenes]
+def applicable(scene: Scene) -> dict[str, str | None]:
+    """Every method with the reason why it does not apply to a scene, or None; imports no torch."""
+    found: dict[str, str | None] = {}
+    for name in method_names():
+        reasons = [kind.why_not(scene) for kind in metamodel_classes(name)]
+        found[name] = None if None in reasons else reasons[0]
+    return found
 
 
-def load(path: str | Path, scene: Scene | FingerOnGlass | None = None) -> Any:
+def load(path: str | Path, scene: Scene | None = None) -> Any:
     """Read any fitted metamodel back, whatever its method.
 
     Returns
     -------
-    Metamodel or ContactMetamodel
+    Metamodel
 
     Raises
     ------
@@ -101,21 +144,17 @@ def load(path: str | Path, scene: Scene | FingerOnGlass | None = None) -> Any:
         Where the file is damaged, foreign or of another mesh.
     """
     if Path(path).suffix == ".safetensors":
-        from rom.metamodels.networks.files import read_attributes
-
         attributes = read_attributes(path)
     else:
         with open_netcdf(path) as data:
             attributes = dict(data.attrs)
     name = attributes.get("method")
-    if name not in METHODS | CONTACT_METHODS:
-        raise SchemaError(f"{path} is no metamodel of this toolkit: it names the method {name!r}")
-    return metamodel_class(name, _scene_name(attributes)).load(path, scene)
-
-
-def _scene_name(attributes: dict[str, Any]) -> str | None:
-    """Name of the scene that a file's metamodel was fitted to, if it says so."""
+    if name not in method_names():
+        raise SchemaError(f"{path} is no metamodel of this toolkit: it names the method {shown(name)}")
     try:
-        return json.loads(attributes["scene_parameters"])["scene"]
-    except (KeyError, TypeError, json.JSONDecodeError):
-        return None
+        scene = scene or scene_from_json(attributes["scene_parameters"])
+    except (KeyError, ValueError) as error:
+        raise SchemaError(f"{path} does not say to which scene it was fitted ({error}): give the scene") from error
+    kinds = metamodel_classes(name)
+    fitting = [kind for kind in kinds if kind.why_not(scene) is None]
+    return (fitting or kinds)[0].load(path, scene)

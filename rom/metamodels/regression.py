@@ -14,12 +14,15 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from rom.datasets import carve_validation
+from rom.datasets.splits import carve_validation
 from rom.metamodels.basis import Basis, check_precision, combine
+from rom.metamodels.facts import Curve, Needs
+from rom.metamodels.linear import not_linear
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod import pod_of
 from rom.metamodels.regressors import REGRESSORS, Regressor
-from rom.scenes import CaseArrays, HarmonicPointForce, Scene, StaticPointForces
+from rom.metamodels.stored import Stored
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 WIDTHS = (0.15, 0.3, 0.6, 1.2)
 RIDGES = (1e-9, 1e-6, 1e-3)
@@ -43,11 +46,36 @@ class PodRegression(Metamodel):
 
     name: ClassVar[str] = "pod-regression"
     summary: ClassVar[str] = "learns POD coefficients from snapshots by (kernel) ridge or another regression"
-    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name, HarmonicPointForce.name)
+    colour: ClassVar[str] = "#44AA99"
+    stored: ClassVar[tuple[Stored, ...]] = (
+        Stored("_basis", ("rank", "dof"), "POD mode"), Stored("_learned"), Stored("_width"))
     learns: ClassVar[bool] = True
     _basis: Basis
+    _width: float = 0.0
+    """Of the radial functions; 0 where there are none."""
 
-    def __init__(self, scene: Scene, rank: int | None = None, width: float | None = None, ridge: float | None = None,
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        return not_linear(scene) or scene.not_spatial()  # type: ignore[attr-defined]
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        if not scene.harmonic:
+            return Curve(({"rank": 60}, {"rank": None}))
+        return Curve((*({"rank": rank} for rank in (50, 100, 200)),
+                      *({"regressor": name, "rank": 200} for name in REGRESSORS)), headline=2)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        if not scene.harmonic:
+            return Curve(({"rank": None},))
+        return Curve(({"rank": 40}, *({"regressor": name, "rank": 40} for name in REGRESSORS)), headline=0)
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False, regression=True)
+
+    def __init__(self, scene: LinearScene, rank: int | None = None, width: float | None = None, ridge: float | None = None,
                  precision: str = "float64", regressor: str = "ridge") -> None:
         if not isinstance(regressor, str) or regressor not in ("ridge", *REGRESSORS):
             raise ValueError(f"regressor={regressor!r} is unknown: choose one of ridge, {', '.join(REGRESSORS)}")
@@ -79,8 +107,8 @@ class PodRegression(Metamodel):
     def _features(self, cases: CaseArrays, j: int = 0) -> np.ndarray:
         """(n_case, d) ndarray of the inputs of each case's force number ``j``, scaled to about one."""
         node = cases.node[:, j]
-        places = np.concatenate([self.scene.pad_positions / np.ptp(self.scene.pad_positions, axis=0).max(),
-                                 0.3 * self.scene.pad_normals], axis=1)
+        position = self.scene.loads.position
+        places = np.concatenate([position / np.ptp(position, axis=0).max(), 0.3 * self.scene.loads.direction], axis=1)
         if not self.scene.harmonic:
             return places[node]
         return np.column_stack([places[node], cases.frequency / 100.0, cases.loss_factor / 0.5])
@@ -95,11 +123,11 @@ class PodRegression(Metamodel):
         if self.scene.harmonic:
             return sum(self._kernel(self._features(cases, j)) * cases.force[:, j:j + 1]
                        for j in range(cases.node.shape[1]))
-        table = self._kernel(self._features(self._each_pad_node()))
+        table = self._kernel(self._features(self._each_load()))
         return np.einsum("cf,cfk->ck", cases.force, table[cases.node])
 
-    def _each_pad_node(self) -> CaseArrays:
-        n = self.scene.n_pad
+    def _each_load(self) -> CaseArrays:
+        n = self.scene.n_loads
         return CaseArrays(np.arange(n)[:, None], np.ones((n, 1)))
 
     # ---- the metamodel --------------------------------------------------------------------------------------
@@ -107,12 +135,12 @@ class PodRegression(Metamodel):
     def _fit(self, train: xr.Dataset) -> None:
         space, self.borrowed_seconds = pod_of(self.scene, train)
         vectors = space.truncated(self.settings["rank"])
-        arrays = self.scene.case_arrays(train)
+        arrays = self.scene.read(train)
         if self.scene.harmonic and arrays.force.shape[1] > 1:
             raise ValueError(f"{self.name} learns harmonic cases of one force each: split those with several")
         coefficients = self.scene.values(train) @ vectors
         learn, validate = carve_validation(len(arrays))
-        self._basis = Basis(vectors.T, self.scene.pad_rows, self.settings["precision"])
+        self._basis = Basis(vectors.T, self.scene.part_rows, self.settings["precision"])
         if self.settings["regressor"] != "ridge":
             self._other = REGRESSORS[self.settings["regressor"]]()
             target = coefficients / arrays.force
@@ -145,7 +173,7 @@ class PodRegression(Metamodel):
             self._weights = model.dual_coef_
         else:
             loaded = np.unique(arrays.node[arrays.force != 0.0])
-            self._centres = self._features(self._each_pad_node().take(loaded))
+            self._centres = self._features(self._each_load().take(loaded))
             size = np.linalg.norm(coefficients, axis=1)
             model = Ridge(alpha=ridge, fit_intercept=False, solver="svd")
             model.fit(self._design(arrays), coefficients, sample_weight=(size.mean() / size) ** 2)
@@ -166,27 +194,21 @@ class PodRegression(Metamodel):
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         return combine(self._coefficients(cases), self._basis.rows(outputs), out)
 
-    def best_approximation(self, values: np.ndarray) -> np.ndarray:
+    def best_approximation(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray:
         rows = self._basis.field
         return (values @ rows.T) @ rows
 
-    def _state(self) -> xr.Dataset:
-        mode = ("rank", "dof"), self._basis.field, {"long_name": "POD mode", "units": "1"}
+    @property
+    def _learned(self) -> dict[str, np.ndarray]:
+        """What was learned beside the modes, as arrays."""
         if self._other is not None:
-            return xr.Dataset({"pod_mode": mode} | {
-                f"learned_{name}": ([f"{name}_{axis}" for axis in range(values.ndim)], values)
-                for name, values in self._other.arrays.items()})
-        return xr.Dataset({
-            "pod_mode": mode,
-            "centre": (("centre_case", "feature"), self._centres, {"long_name": "centres of the radial functions"}),
-            "weight": (("centre_case", "output"), self._weights, {"long_name": "regression weights"})},
-            attrs={"width": self._width})
+            return self._other.arrays
+        return {"centre": self._centres, "weight": self._weights}
 
-    def _restore(self, data: xr.Dataset) -> None:
-        self._basis = Basis(data["pod_mode"].values, self.scene.pad_rows, self.settings["precision"])
-        if self.settings["regressor"] != "ridge":
-            self._other = REGRESSORS[self.settings["regressor"]]()
-            self._other.arrays = {name: data[f"learned_{name}"].values for name in self._other.stored}
+    @_learned.setter
+    def _learned(self, arrays: dict[str, np.ndarray]) -> None:
+        if self.settings["regressor"] == "ridge":
+            self._centres, self._weights = arrays["centre"], arrays["weight"]
             return
-        self._centres, self._weights = data["centre"].values, data["weight"].values
-        self._width = float(data.attrs["width"])
+        self._other = REGRESSORS[self.settings["regressor"]]()
+        self._other.arrays = {name: arrays[name] for name in self._other.stored}

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import asdict, dataclass
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
-
-from rom.scenes import CaseArrays
 
 KINDS = ("bound", "estimate", "none")
 SMALLEST_TOLERANCE = 1e-11
@@ -45,72 +43,15 @@ class Assessment:
     reason: np.ndarray
 
     @classmethod
-    def unknown(cls, reason: np.ndarray) -> Self:
-        """Nothing is known but the reasons, so the method stands behind none of the answers."""
-        return cls(np.full(len(reason), np.inf), "none", np.where(reason == "", UNJUDGED, reason))
+    def unknown(cls, reason: np.ndarray, named: bool = True) -> Self:
+        """Nothing is known but the reasons; ``named`` says so where there is none, since more could be known."""
+        return cls(np.full(len(reason), np.inf), "none", np.where(reason == "", UNJUDGED, reason) if named else reason)
 
     def with_large_errors_named(self) -> Self:
         """Reasons added where the error may be as large as the answer."""
         text = f"its {self.kind} of the relative error is 1 or more"
         wrong = ~(self.error < 1.0) & (self.kind != "none")
         return type(self)(self.error, self.kind, joined(self.reason, np.where(wrong, text, "")))
-
-
-@dataclass(frozen=True)
-class TrainedRange:
-    """What the training cases covered; an answer outside is extrapolation.
-
-    Parameters
-    ----------
-    loads : tuple of int
-        Unit loads that some case applied.
-    forces : int
-        Most forces in a case.
-    frequency, loss_factor : (float, float), optional
-        Lowest and highest; None in statics.
-    """
-
-    loads: tuple[int, ...]
-    forces: int
-    frequency: tuple[float, float] | None = None
-    loss_factor: tuple[float, float] | None = None
-
-    @classmethod
-    def of(cls, cases: CaseArrays) -> Self:
-        """The range of these cases."""
-        def ends(values: np.ndarray | None) -> tuple[float, float] | None:
-            return None if values is None else (float(values.min()), float(values.max()))
-
-        acting = cases.force != 0.0
-        return cls(tuple(int(load) for load in np.unique(cases.node[acting])), int(acting.sum(axis=1).max(initial=0)),
-                   ends(cases.frequency), ends(cases.loss_factor))
-
-    @classmethod
-    def from_dict(cls, record: dict[str, Any]) -> Self:
-        """The inverse of :meth:`to_dict`."""
-        values: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value for name, value in record.items()}
-        return cls(**values)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-able."""
-        return asdict(self)
-
-    def reasons(self, cases: CaseArrays) -> np.ndarray:
-        """(n_case,) ndarray of str: what lies outside, or nothing."""
-        acting = cases.force != 0.0
-        unseen = (acting & ~np.isin(cases.node, np.asarray(self.loads, dtype=int))).any(axis=1)
-        found = np.where(unseen, "a load that no training case applied", "")
-        more = acting.sum(axis=1) > self.forces
-        found = joined(found, np.where(more, f"more than the {self.forces} forces of any training case", ""))
-        for name, unit, values, ends in (("frequency", " Hz", cases.frequency, self.frequency),
-                                         ("loss factor", "", cases.loss_factor, self.loss_factor)):
-            if ends is not None and values is not None:
-                slack = 1e-9 * max(1.0, ends[1])
-                outside = (values < ends[0] - slack) | (values > ends[1] + slack)
-                text = f"{name} outside the {ends[0]:g} to {ends[1]:g}{unit} of training"
-                found = joined(found, np.where(outside, text, ""))
-        return found
 
 
 def joined(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rom.reporting import words
-from rom.reporting.plate import legend_below, number_axis, sheet, tidy
+from rom.reporting.figure import legend_below, number_axis, sheet, tidy
 from rom.vibration.resonance import highest_peak
 
 if TYPE_CHECKING:

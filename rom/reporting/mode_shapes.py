@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rom.reporting.plate import sheet
+from rom.reporting.figure import sheet
 from rom.reporting.skin import PALMAR, draw_skin
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 
-from rom.reporting.plate import legend_below, sheet, tidy
+from rom.reporting.figure import legend_below, sheet, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +22,7 @@ def draw_path(found: xr.Dataset) -> Figure:
     Parameters
     ----------
     found : xr.Dataset
-        As :func:`rom.collagen.record.recorded` gives it.
+        As :func:`rom.finger_on_glass.record.recorded` gives it.
     """
     attrs = found.attrs
     u_n, u_t = 1e3 * found["normal_displacement"].values, 1e3 * found["tangential_displacement"].values

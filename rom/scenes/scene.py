@@ -1,297 +1,311 @@
-"""A scene is one question: which model, which loads, which inputs vary, which outputs are wanted.
+"""A scene is one question: which model, which inputs vary, which quantities are wanted, and what it does *not* need.
 
-It also says what it does *not* need, and then does not build it. Every method answers the same scene: labelled
-cases (`xarray.Dataset`) come in through :meth:`Scene.case_arrays`, plain arrays go out through
-:meth:`Scene.label`, so that no method has conventions of its own.
+Every method answers the same scene: labelled cases (`xarray.Dataset`) come in through :meth:`Scene.read`, plain answers
+go out through :meth:`Scene.label`, so that no method has conventions of its own.
 """
 
 from __future__ import annotations
 
-import json
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, ClassVar
+from collections.abc import Iterator
+from typing import Any, Protocol, Self
 
 import numpy as np
 import xarray as xr
 
-from rom.fingertip import Anatomy, Fingertip, MeshDensity
-from rom.fingertip.shape import shown
-from rom.fullorder import SecondOrderModel
-from rom.scenes.cases import LOAD_VARIABLES, NO_FORCE, CaseArrays, check_shapes, finite, positions_of
+from rom.bodies import Grid
+from rom.checks import shown
+from rom.errors import SchemaError
+from rom.scenes.extent import Extent
+from rom.scenes.inputs import Input, Quantity
+from rom.scenes.labelled_cases import BESIDE
+from rom.scenes.labels import fields, in_order
+
+Answers = dict[str, np.ndarray]
+"""By quantity, first axis always ``case``; NaN where an answer was not reached."""
 
 
-@dataclass(frozen=True)
+class Cases(Protocol):
+    """The inputs of a block of cases as plain arrays: what the lean calls take."""
+
+    def __len__(self) -> int: ...
+
+    def __iter__(self) -> Iterator[np.ndarray]: ...
+
+    def take(self, index: Any) -> Self:
+        """The cases at ``index`` (slice, mask or integers)."""
+        ...
+
+    def joined(self, other: Self) -> Self:
+        """These cases, then the others."""
+        ...
+
+
 class Scene(ABC):
-    """What every scene shares. ``outputs`` is ``"field"`` (every node) or ``"pad"`` (the loadable surface)."""
+    """What every scene says of itself and does."""
 
-    fingertip: Fingertip = field(default_factory=lambda: Fingertip.preset("metamodel"))
-    outputs: str = "field"
-
-    name: ClassVar[str]
-    title: ClassVar[str]
-    question: ClassVar[str]
-    gate: ClassVar[float]
+    name: str
+    title: str
+    question: str
+    gate: float
     """Largest relative error over held-out cases that a metamodel may make to be called trustworthy."""
-    harmonic: ClassVar[bool]
-    band_hz: ClassVar[float] = 0.0
-    """Upper end of the published frequency range [Hz]."""
-    max_forces: ClassVar[int]
-    """Number of simultaneous forces in the published range; more are extrapolation."""
-    load_variables: ClassVar[tuple[str, ...]] = LOAD_VARIABLES
-    """Variables of labelled cases that describe each force, (case, force)."""
-    defaults: ClassVar[dict[str, Any]] = {}
-    """What stands for a variable that labelled cases may leave out."""
-    inputs: ClassVar[dict[str, str]]
-    needs: ClassVar[dict[str, str]]
-    leaves_out: ClassVar[dict[str, str]]
-    regions: ClassVar[tuple[str, ...]]
+    inputs: tuple[Input, ...]
+    quantities: dict[str, Quantity]
+    """What is answered; the first is the one by which methods are judged."""
+    record: dict[str, Quantity]
+    """What a dataset says of its full-order answers; no other method's answer may carry it."""
+    needs: dict[str, str]
+    leaves_out: dict[str, str]
+    regions: tuple[str, ...]
     """The parts of the hard split, in the order of the codes that :meth:`hard_region` returns from 1 up."""
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.fingertip, Fingertip):
-            raise ValueError(f"the fingertip is {shown(self.fingertip)}: build one with rom.fingertip.Fingertip")
-        if not isinstance(self.outputs, str) or self.outputs not in ("field", "pad"):
-            raise ValueError(f"outputs={shown(self.outputs)} is unknown: a scene can want 'field' or 'pad'")
-
-    # ---- the model ------------------------------------------------------------------------------------------
-
-    @cached_property
-    def full_order(self) -> SecondOrderModel:
-        """The full-order model of this scene, without a mass matrix where the scene is static."""
-        mass = self.fingertip.mass if self.harmonic else None
-        return SecondOrderModel(self.fingertip.stiffness, mass)
-
-    @cached_property
-    def pad_loads(self) -> np.ndarray:
-        """(n_free, n_pad) ndarray [-]: unit inward normal force at each pad node."""
-        loads = self.fingertip.pad_loads
-        return np.asarray(loads.todense()) if hasattr(loads, "todense") else loads
-
-    @property
-    def unit_loads(self) -> np.ndarray:
-        """(n_free, n_load) ndarray [-]: what the scene's forces multiply; methods need not know what they are."""
-        return self.pad_loads
-
-    @property
-    def n_loads(self) -> int:
-        """Number of unit loads."""
-        return self.n_pad
-
-    @cached_property
-    def pad_rows(self) -> np.ndarray:
-        """(3 n_pad,) ndarray of int: positions of the pad's degrees of freedom among the free ones."""
-        dofs = (3 * self.fingertip.mesh.pad_nodes[:, None] + np.arange(3)).ravel()
-        return np.searchsorted(self.fingertip.free_dofs, dofs)
-
-    @cached_property
-    def pad_positions(self) -> np.ndarray:
-        """(n_pad, 3) ndarray [m]."""
-        mesh = self.fingertip.mesh
-        return mesh.nodes[mesh.pad_nodes]
-
-    @cached_property
-    def pad_normals(self) -> np.ndarray:
-        """(n_pad, 3) ndarray: outward unit normals."""
-        mesh = self.fingertip.mesh
-        return mesh.normals[np.searchsorted(mesh.skin_nodes, mesh.pad_nodes)]
+    outputs: str
+    """What the lean calls give: "field" or the :attr:`part`."""
+    part: str = ""
+    """Name of the smaller output that can be had instead of the field; empty where there is none."""
+    part_words: str = "chosen outputs"
+    """The same in words."""
+    case_noun: str = "case"
+    error_definition: str = "||u_hat - u|| / ||u|| over all degrees of freedom"
+    error_definitions: dict[str, str] = {}
+    """Errors that are told beside the one by which methods are judged, in words."""
+    told_along: dict[str, str] = {}
+    """Quantities that results tell along the positions of a worst case, by the short names that they have there."""
+    extent: Extent = Extent()
+    """How much of the scene a comparison looks at."""
+    quick_options: dict[str, Any] = {}
+    """Arguments of the scene's factory for a coarse mesh: a check that everything runs."""
+    solver: str = ""
+    """How the full-order model is solved, in words."""
+    kind_noun: str = "load"
+    """What :meth:`kinds` counts."""
+    kinds_apart: bool = False
+    """Whether methods learn each kind by itself."""
+    has_residual: bool = False
+    """Whether an answer's error can be bounded from its residual."""
+    harmonic: bool = False
+    grid: Grid | None = None
+    doubts: tuple[str, ...] = ()
+    """Why answers are not to be trusted, whatever the method."""
 
     @property
-    def n_free(self) -> int:
-        return len(self.fingertip.free_dofs)
+    def quantity(self) -> str:
+        """Name of the quantity by which methods are judged."""
+        return next(iter(self.quantities))
 
-    @property
-    def n_pad(self) -> int:
-        return len(self.fingertip.mesh.pad_nodes)
+    def input(self, name: str) -> Input:
+        """The input called ``name``; KeyError for another."""
+        return {one.name: one for one in self.inputs}[name]
 
-    @property
-    def point_variables(self) -> tuple[str, ...]:
-        """Variables of labelled cases that describe the operating point, (case,)."""
-        return ("frequency", "loss_factor") if self.harmonic else ()
-
-    @property
-    def dtype(self) -> np.dtype:
-        return np.dtype(np.complex128 if self.harmonic else np.float64)
-
-    def force_vectors(self, cases: CaseArrays) -> np.ndarray:
-        """(n_free, n_case) ndarray [N]: the right-hand sides, Fortran-ordered, complex where the forces are."""
-        vectors = np.zeros((self.n_free, len(cases)), dtype=np.result_type(cases.force, np.float64), order="F")
-        for i in range(len(cases)):
-            vectors[:, i] = self.unit_loads[:, cases.node[i]] @ cases.force[i]
-        return vectors
+    def check_outputs(self, outputs: Any) -> str:
+        """``outputs`` if the scene can want it; ValueError otherwise."""
+        if not isinstance(outputs, str) or outputs not in ("field", self.part) or not outputs:
+            known = " or ".join(repr(one) for one in ("field", self.part) if one)
+            raise ValueError(f"outputs={shown(outputs)} is unknown: {self.name} can want {known}")
+        return outputs
 
     # ---- labels in, labels out ------------------------------------------------------------------------------
 
-    def case_arrays(self, cases: xr.Dataset) -> CaseArrays:
+    @abstractmethod
+    def read(self, cases: xr.Dataset) -> Any:
         """Check labelled cases and turn them into plain arrays.
 
         Raises
         ------
         ValueError
-            For a missing variable, a value that is not finite or out of its domain, or a node that is not on the
-            pad; one sentence with the value, the rule and the remedy.
+            For a missing variable, a value that is not finite or out of its domain; one sentence with the value, the
+            rule and the remedy.
         """
-        loads, points = check_shapes(cases, self.name, self.load_variables, self.point_variables, self.defaults)
-        force, rows = self._read_loads(loads)
-        present = rows != NO_FORCE
-        if not present.any(axis=1).all():
-            raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one pad node")
-        force = np.where(present, force, 0.0)
-        node = np.where(present, rows, 0)
-        for name, values in points.items():
-            points[name] = finite(values, name, POINT_UNITS[name])
-            if (points[name] < 0).any():
-                raise ValueError(f"{name} {points[name].min():g} is negative: give zero or more")
-        return CaseArrays(node, force, **points)
 
-    def _read_loads(self, loads: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Forces [N] and columns of the unit loads, or NO_FORCE, both (n_case, n_force), from checked variables."""
-        return finite(loads["force_amplitude"], "force_amplitude", "N"), self._pad_index(loads["load_node"])
+    @abstractmethod
+    def cases_from(self, cases: Any) -> xr.Dataset:
+        """Labelled cases from plain arrays: the inverse of :meth:`read`."""
 
-    def _pad_index(self, nodes: np.ndarray) -> np.ndarray:
-        pad = self.fingertip.mesh.pad_nodes
-        return positions_of(
-            nodes, pad, f"cannot carry load: only the {len(pad)} pad nodes can, ids from {pad[0]} to "
-            f"{pad[-1]} as listed in fingertip.mesh.pad_nodes")
-
-    def cases_from(self, arrays: CaseArrays) -> xr.Dataset:
-        """Labelled cases from plain arrays: the inverse of :meth:`case_arrays`."""
-        data = self._label_loads(arrays)
-        if arrays.frequency is not None and arrays.loss_factor is not None:
-            data["frequency"] = ("case", arrays.frequency, {"long_name": "excitation frequency", "units": "Hz"})
-            data["loss_factor"] = ("case", arrays.loss_factor, {
-                "long_name": "loss factor eta of K (1 + i eta)", "units": "1"})
-        return xr.Dataset(data, coords={"case": ("case", np.arange(len(arrays)), {"long_name": "case", "units": "1"})},
-                          attrs={"scene": self.name, "scene_hash": self.content_hash})
-
-    def _label_loads(self, arrays: CaseArrays) -> dict[str, Any]:
-        """Variables of :attr:`load_variables` from plain arrays."""
-        pad = self.fingertip.mesh.pad_nodes
-        node = np.where(arrays.force == 0.0, NO_FORCE, pad[arrays.node]).astype(np.int32)
-        return {
-            "load_node": (("case", "force"), node, {
-                "long_name": "mesh node that carries the normal force", "units": "1", "missing_force": NO_FORCE}),
-            "force_amplitude": (("case", "force"), arrays.force, {
-                "long_name": "force amplitude along the inward normal", "units": "N"}),
-        }
-
-    def label(self, cases: xr.Dataset, values: np.ndarray, outputs: str | None = None) -> xr.Dataset:
-        """Attach names, units and positions to answers.
+    @abstractmethod
+    def label(self, cases: xr.Dataset, answers: Any, outputs: str | None = None) -> xr.Dataset:
+        """Attach names, units and positions to answers, an array where the scene has one quantity.
 
         Parameters
         ----------
         cases : xr.Dataset
-        values : (n_case, n_free) or (n_case, 3 n_pad) ndarray [m]
-            Displacement at the free degrees of freedom, or at the pad's.
-        outputs : {"field", "pad"}, optional
+        answers : Answers or ndarray
+        outputs : str, optional
             Default: the scene's own.
         """
-        outputs = outputs or self.outputs
-        mesh = self.fingertip.mesh
-        if outputs == "pad":
-            node, full = mesh.pad_nodes, values
-        else:
-            node = np.arange(len(mesh.nodes))
-            full = self.on_all_nodes(values)
-        # a stored dataset may come in as cases: its truth, and nodes that are not asked for, stay behind
-        answer = cases.drop_dims(["node", "component"], errors="ignore").drop_vars(TRUTH_VARIABLES, errors="ignore")
-        answer["displacement"] = (("case", "node", "component"), full.reshape(len(values), len(node), 3), {
-            "long_name": self.displacement_name, "units": "m"})
-        return answer.assign_coords(self.field_coordinates(node))
+
+    @abstractmethod
+    def stripped(self, cases: xr.Dataset) -> xr.Dataset:
+        """Cases without what a stored dataset holds beside: answers, and what it says of them."""
+
+    @abstractmethod
+    def values(self, answer: xr.Dataset) -> Any:
+        """Plain answers of labelled whole ones, whatever their order and units: the inverse of :meth:`label`."""
+
+    @abstractmethod
+    def coordinates(self) -> dict[str, tuple]:
+        """Coordinates of whole answers: ids, components, positions."""
+
+    def plain(self, answer: xr.Dataset) -> Answers:
+        """Every quantity of a whole answer in the order of the scene's own labels, in its own unit.
+
+        Raises
+        ------
+        SchemaError
+            For a label that is missing or stands twice, and for another unit.
+        """
+        labels = self._labels
+        return {name: fields(answer, name, {"case": None, **{dim: labels[dim] for dim in quantity.dims}}, quantity.unit)
+                for name, quantity in self.quantities.items() if name in answer}
+
+    def in_order(self, data: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
+        """A dataset with its fields in the scene's own order and units; raises as :meth:`plain`."""
+        return in_order(data, self._labels, {name: (("case", *quantity.dims), quantity.unit)
+                                             for name, quantity in self.quantities.items()}, source)
+
+    def batched(self, cases: xr.Dataset) -> xr.Dataset:
+        """Cases with the dimension ``case``, where one alone was picked by ``isel(case=...)``."""
+        if "case" in cases.dims:
+            return cases
+        mine = {*(one.name for one in self.inputs), *self.quantities, *self.record, *BESIDE}
+        return cases.drop_vars("case", errors="ignore").assign(
+            cases[[name for name in cases.data_vars if name in mine]].expand_dims("case"))
 
     @property
-    def displacement_name(self) -> str:
-        """What the displacement is in words."""
-        return "displacement amplitude" if self.harmonic else "displacement"
+    def _labels(self) -> dict[str, np.ndarray]:
+        return {name: np.asarray(entry[1]) for name, entry in self.coordinates().items() if entry[0] == name}
 
-    def field_coordinates(self, node: np.ndarray) -> dict[str, tuple]:
-        """Coordinates of a field at the mesh nodes ``node``: ids, components, positions [m]."""
-        mesh = self.fingertip.mesh
-        return {
-            "node": ("node", node, {"long_name": "mesh node", "units": "1"}),
-            "component": ("component", ["x", "y", "z"], {"long_name": "component of the displacement"}),
-            **{f"node_{axis}": ("node", mesh.nodes[node, i], {"long_name": text, "units": "m"})
-               for i, (axis, text) in enumerate(AXES.items())}}
+    def check_origin(self, data: xr.Dataset, source: str = "the dataset", *, required: bool = True) -> None:
+        """Refuse data of another scene, body or mesh.
 
-    def on_all_nodes(self, values: np.ndarray) -> np.ndarray:
-        """(n_case, n_node, 3) ndarray [m] from (n_case, n_free): held nodes stay at zero."""
-        n_node = len(self.fingertip.mesh.nodes)
-        full = np.zeros((len(values), 3 * n_node), dtype=values.dtype)
-        full[:, self.fingertip.free_dofs] = values
-        return full.reshape(-1, n_node, 3)
+        Parameters
+        ----------
+        data : xr.Dataset
+        source : str
+            For the message.
+        required : bool
+            Whether data that do not say where they come from are refused too.
 
-    def values(self, answer: xr.Dataset) -> np.ndarray:
-        """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""
-        array = answer["displacement"].transpose("case", "node", "component").values
-        return array.reshape(len(array), -1)[:, self.fingertip.free_dofs]
+        Raises
+        ------
+        SchemaError
+        """
+        name, digest = data.attrs.get("scene"), data.attrs.get("scene_hash")
+        if name != self.name and (required or name is not None):
+            raise SchemaError(f"{source} belongs to the scene {shown(name)}, not to {self.name!r}: give one of this "
+                              "scene")
+        if digest != self.content_hash and (required or digest is not None):
+            raise SchemaError(f"{source} belongs to another body or mesh, or to other loads ({str(digest)[:12]} instead of "
+                              f"{self.content_hash[:12]}): make it again for this one")
 
-    # ---- identity -------------------------------------------------------------------------------------------
+    # ---- what methods learn from ------------------------------------------------------------------------------
 
-    @property
-    def content_hash(self) -> str:
-        """Changes with everything that changes the truth: anatomy, tissues, mesh, formulation, boundary, loads."""
-        return self.fingertip.content_hash
+    def complete(self, train: xr.Dataset) -> xr.Dataset:
+        """The training cases that have a whole answer.
 
-    def to_json(self) -> str:
-        """Enough to build this scene again with :func:`rom.scenes.scene_from_json`."""
-        tip = self.fingertip
-        return json.dumps({
-            "scene": self.name, "outputs": self.outputs, "formulation": tip.formulation, "rear": tip.rear,
-            "anatomy": tip.anatomy.to_dict(), "density": tip.density.to_dict(), "options": self.options},
-            sort_keys=True)
+        Raises
+        ------
+        ValueError
+            Where none has, or a value is not finite that must be.
+        """
+        if not np.isfinite(train[self.quantity].values).all():
+            raise ValueError(f"the training {self.quantity} holds a value that is not finite: drop that case")
+        return train
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """JSON-able arguments that a scene takes beside fingertip and outputs."""
+    @abstractmethod
+    def kinds(self, cases: Any) -> np.ndarray:
+        """(n_case, k) ndarray of int: which loads or variants each case has, -1 where it has fewer."""
+
+    @abstractmethod
+    def numbers(self, cases: Any) -> dict[str, np.ndarray]:
+        """(n_case,) ndarrays of the inputs over which methods interpolate, by name."""
+
+    def check_answers(self, cases: Any, answers: Any, method: str) -> dict[str, tuple]:
+        """What `predict` says beside the answers; SolverError or ValueError for answers that must not be given."""
         return {}
 
-    @classmethod
-    def fingertip_from(cls, record: dict[str, Any]) -> Fingertip:
-        """The fingertip of a record written by :meth:`to_json`."""
-        return Fingertip(Anatomy.from_dict(record["anatomy"]), MeshDensity.from_dict(record["density"]),
-                         formulation=record["formulation"], rear=record["rear"])
+    @property
+    def mesh_hash(self) -> str:
+        """Changes with the mesh."""
+        return self.content_hash
 
-    # ---- what each scene decides ----------------------------------------------------------------------------
-
-    @abstractmethod
-    def sample(self, count: int, seed: int = 0) -> CaseArrays:
-        """``count`` distinct cases within the published ranges, every pad node equally often."""
+    # ---- the truth ------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def sample_beyond(self, count: int, seed: int = 0) -> CaseArrays:
-        """``count`` cases outside the published ranges, for the extrapolation part of the hard split."""
+    def solve(self, cases: Any) -> tuple[Answers, dict[str, np.ndarray]]:
+        """The full-order model's answers, and what :attr:`record` lists of them."""
 
     @abstractmethod
-    def hard_region(self, arrays: CaseArrays, seed: int = 0) -> np.ndarray:
+    def errors(self, cases: Any, answers: Any, truth: Any) -> dict[str, np.ndarray]:
+        """How wrong answers are: the relative error by which methods are judged first, then others by name.
+
+        Parameters
+        ----------
+        cases : Cases
+        answers, truth : Answers or ndarray
+            Whole fields.
+
+        Returns
+        -------
+        dict of (n_case, ...) ndarray
+            The largest along further axes is the error of a case; NaN where there is no truth.
+        """
+
+    def groups(self, cases: Any) -> list[np.ndarray]:
+        """Index arrays of cases that one factorization serves."""
+        return [np.array([i]) for i in range(len(cases))]
+
+    def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
+        """(k,) ndarray of bool: one in ``every`` of the cases at ``rows`` of a dataset, those solved together kept so."""
+        return np.arange(len(rows)) % every == 0
+
+    def same_on_any_mesh(self, cases: Any) -> np.ndarray:
+        """(n_case,) ndarray of bool: cases that a finer mesh answers too."""
+        return np.ones(len(cases), dtype=bool)
+
+    def afresh(self) -> Self:
+        """The same scene with nothing factorised yet: nobody profits from what another one made."""
+        return self
+
+    def begin_piece(self) -> None:  # noqa: B027  # most models keep nothing that could
+        """Before a piece is solved and timed: forget what could change its bits, make what is made once a process."""
+
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        """Plain answers of the judged quantity with the dimensions that a dataset has."""
+        return values
+
+    def pieces(self, cases: Any) -> list[np.ndarray]:
+        """Index arrays of cases that are solved together, when a dataset is made."""
+        return self.groups(cases)
+
+    # ---- which cases ----------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def sample(self, count: int, seed: int = 0) -> Any:
+        """``count`` distinct cases within the ranges."""
+
+    @abstractmethod
+    def sample_beyond(self, count: int, seed: int = 0) -> Any:
+        """``count`` cases outside the ranges, for the extrapolation part of the hard split."""
+
+    @abstractmethod
+    def hard_region(self, cases: Any, seed: int = 0) -> np.ndarray:
         """(n_case,) ndarray of int: 0 where a case belongs to hard training, k where to ``regions[k - 1]``."""
 
     @property
     def n_published(self) -> int | None:
-        """Number of cases that the published ranges hold, amplitudes apart; None where they are not counted."""
+        """Number of cases that the ranges hold, amplitudes apart; None where they are not counted."""
         return None
 
-    def published_number(self, arrays: CaseArrays) -> np.ndarray:
+    def published_number(self, cases: Any) -> np.ndarray:
         """(n_case,) ndarray of int: the place of each case within the ranges among the :attr:`n_published` ones."""
         raise NotImplementedError(f"the cases of {self.name} are not counted")
 
-    def groups(self, arrays: CaseArrays) -> list[np.ndarray]:
-        """Index arrays of cases that one factorization serves."""
-        if not self.harmonic:
-            return [np.arange(len(arrays))]
-        points = np.column_stack([arrays.frequency, arrays.loss_factor])
-        _, inverse = np.unique(points, axis=0, return_inverse=True)
-        order = np.argsort(inverse, kind="stable")
-        return np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)
+    # ---- identity -------------------------------------------------------------------------------------------
 
-    def held_out_nodes(self, seed: int = 0, fraction: float = 0.1) -> np.ndarray:
-        """Rows of the pad nodes that the hard split keeps from training, drawn from ``seed``."""
-        rng = np.random.default_rng([seed, 239])
-        return np.sort(rng.choice(self.n_pad, size=max(1, round(fraction * self.n_pad)), replace=False))
+    @property
+    @abstractmethod
+    def content_hash(self) -> str:
+        """Changes with everything that changes the truth."""
 
-
-POINT_UNITS = {"frequency": "Hz", "loss_factor": "1"}
-TRUTH_VARIABLES = ("residual", "solve_seconds")
-"""What a dataset says of its direct solves; no other method's answer may carry it."""
-AXES = {"x": "distance from the joint towards the tip", "y": "lateral position", "z": "position, dorsal positive"}
-
+    @abstractmethod
+    def to_json(self) -> str:
+        """Enough to build this scene again with :func:`rom.scenes.scene_from_json`, where a factory is registered."""

@@ -116,13 +116,6 @@ def projected_derivatives(
     return ProjectedDerivatives(chosen, stiffness, mass, tissue)
 
 
-def keeps_tissues(fingertip: Fingertip, name: str, step: float) -> bool:
-    """Whether every element keeps its tissue as a parameter goes up and down by a step."""
-    value = parameters(fingertip, [name])[0].value
-    meshes = (_mesh(with_parameter(fingertip, name, value + change)) for change in (-step, step))
-    return all(np.array_equal(mesh.tissue, fingertip.mesh.tissue) for mesh in meshes)
-
-
 def _moved(fingertip: Fingertip, parameter: Parameter) -> tuple[float, list[Floats]]:
     """Step, and the nodes at its lower and upper end."""
     step = STEP * parameter.scale

@@ -48,7 +48,7 @@ def test_only_the_outcome_of_all_changes_must_be_possible():
     ("dermis_thickness.x=1", "did you mean"),
     ("nonsense=1", "choose among"),
     ("dermis.poisson_ratio=0.5", "-1 < nu < 0.5"),
-    ("dermis_thickness=-1", "must be positive")])
+    ("dermis_thickness=-1", "dermis_thickness=-1.0 cannot be")])
 def test_what_is_refused(change, words):
     with pytest.raises(ValueError) as refusal:
         changed_anatomy(Anatomy(), [change])

@@ -70,7 +70,7 @@ def test_files(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(("words", "expected"), [
-    (["--count", 0], "give a whole number from 1 on"),
+    (["--count", 0], "give a whole number from 1 up"),
     (["--count", 10**6], "number of dofs"),
     (["--count", "many"], "invalid int value"),
     (["--count", 3, "--below", 100], "not allowed with"),

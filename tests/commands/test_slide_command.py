@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rom import cli
-from rom.collagen.finger import Finger
-from rom.collagen.path import LoadPath, follow
-from rom.collagen.tissue import Tissue
 from rom.datasets.storage import read_netcdf
+from rom.finger_on_glass.finger import Finger
+from rom.finger_on_glass.path import LoadPath, follow
+from rom.finger_on_glass.tissue import Tissue
 
 COARSE = ("--rays", 24, "--layers", 3)
 
@@ -73,12 +73,13 @@ def test_a_path_that_never_begins_leaves_the_finger_at_rest(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(("words", "told"), [
-    (("--variant", "spiral"), "choose from radial"), (("--c", 0), "above zero"), (("--k1", "nan"), "above zero"),
-    (("--friction", -1), "out of range"), (("--force", 0), "above zero"), (("--travel", -1), "zero or more"),
+    (("--variant", "spiral"), "choose one of radial"), (("--c", 0), "above zero"), (("--k1", "nan"), "above zero"),
+    (("--friction", -1), "finite number from 0"), (("--force", 0), "above zero"), (("--travel", -1), "zero or more"),
     (("--travel", "inf"), "zero or more"), (("--section", "width"), "NAME=VALUE"),
     (("--section", "depth=3"), "choose among width"), (("--section", "width=wide"), "needs a length"),
     (("--section", "width=17", "--section", "width=18"), "twice"), (("--section", "bone_offset=6"), "reaches out"),
-    (("--rays", 3), "no number of elements"), (("--seed", -1), "no seed"), (("--axial-stiffness", -5), "stiffness"),
+    (("--rays", 3), "whole number from 16"), (("--seed", -1), "whole number from 0 up"),
+    (("--axial-stiffness", -5), "stiffness"),
     (("--effective-length", 0), "length"), (("--output", "path.txt"), "end in .nc"), (("--friction", "much"), "float")])
 def test_what_cannot_be_is_refused_in_one_sentence(capsys, words, told):
     assert call(*words) == 2

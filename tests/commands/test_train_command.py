@@ -9,8 +9,8 @@ import pytest
 
 from rom.cli import main
 from rom.datasets import make_dataset, make_whole_dataset
+from rom.datasets.tensors import read_attributes
 from rom.metamodels import create, load
-from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.sizes import SIZES, settings_of_size
 
 
@@ -27,7 +27,7 @@ def test_weights_say_where_they_come_from(whole, tiny_harmonic, tmp_path, capsys
                  "--split", "hard"]) == 0
     assert "of the hard split" in capsys.readouterr().out
     attributes = read_attributes(path)
-    assert attributes["mesh_hash"] == tiny_harmonic.fingertip.mesh.mesh_hash
+    assert attributes["mesh_hash"] == tiny_harmonic.body.fingertip.mesh.mesh_hash
     origin = attributes["learned_from"]
     assert (origin["split"], origin["split_seed"]) == ("hard", 0) and origin["cases"] > 1000
     assert attributes["history"]["step"][0] == 0

@@ -10,8 +10,9 @@ import time
 
 import rom.fingertip.fingertip as fingertip
 from rom import cli
-from rom.datasets import snapshots
+from rom.commands import dataset
 from rom.fingertip import MeshDensity
+from rom.scenes import linear_scene
 
 CASES, PIECE_CASES, SEED = 48, 8, 6
 
@@ -26,11 +27,11 @@ def announced(items, _):
 
 if __name__ == "__main__":
     fingertip.PRESETS["metamodel"] = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
-    snapshots.PIECE_CASES = PIECE_CASES
-    cli.bar = announced
+    linear_scene.PIECE_CASES = PIECE_CASES
+    dataset.bar = announced
     if len(sys.argv) > 3:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # so that a write fails as on a full disk
         limit = int(sys.argv[3])
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
     sys.exit(cli.main(["dataset", "harmonic-point-force", "--cases", str(CASES), "--seed", str(SEED),
-                       "--output", sys.argv[1]]))
+                       "--workers", "1", "--output", sys.argv[1]]))

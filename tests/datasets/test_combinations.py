@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from rom.datasets import draw_cases, select, solve_cases
+from rom.datasets import draw_cases, select
 from rom.datasets.combinations import draw_combinations, superposed, unit_responses
 from rom.scenes.combinations import combination, combination_number, count_combinations
 
@@ -38,7 +38,7 @@ def test_numbers_out_of_range_are_refused(number):
 
 
 def numbers(scene, arrays):
-    return combination_number(np.where(arrays.force != 0, arrays.node, -1), scene.n_pad)
+    return combination_number(np.where(arrays.force != 0, arrays.node, -1), scene.n_loads)
 
 
 def test_training_and_held_out_share_nothing(static):
@@ -64,9 +64,9 @@ def test_a_seed_decides_and_more_training_changes_nothing_else(static):
 def test_draws_are_uniform(static):
     _, test = draw_combinations(static, 0, seed=1, held_out=static.n_published // 5)
     singles, share = ((test.force != 0).sum(axis=1) == 1).sum(), 0.2
-    deviation = math.sqrt(share * (1 - share) * static.n_pad)
-    assert abs(singles - share * static.n_pad) < 4 * deviation
-    loaded = np.bincount(test.node[test.force != 0], minlength=static.n_pad)
+    deviation = math.sqrt(share * (1 - share) * static.n_loads)
+    assert abs(singles - share * static.n_loads) < 4 * deviation
+    loaded = np.bincount(test.node[test.force != 0], minlength=static.n_loads)
     assert loaded.max() < 1.6 * loaded.min()
 
 
@@ -93,7 +93,7 @@ def test_other_scenes_are_refused(harmonic):
 
 def test_superposed_answers_are_direct_ones(static):
     cases, _ = draw_combinations(static, 40, seed=2, held_out=10)
-    truth, _ = solve_cases(static, cases)
+    truth = static.solve(cases)[0]["displacement"]
     responses = unit_responses(static)
     found = np.empty_like(truth)
     blocks = list(superposed(responses, cases, block=16))

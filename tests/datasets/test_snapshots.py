@@ -14,11 +14,11 @@ import xarray as xr
 
 import rom.datasets.snapshots as snapshots
 from rom import cli
-from rom.datasets import draw_cases, make_dataset, read_dataset, solve_cases, solve_dataset
-from rom.datasets.storage import remove_leftovers
+from rom.datasets import draw_cases, make_dataset, read_dataset, solve_dataset
 from rom.errors import SchemaError, SolverError
+from rom.files import remove_leftovers
 from rom.fingertip.fingertip import PRESETS
-from rom.scenes import CaseArrays
+from rom.scenes import CaseArrays, linear_scene
 
 SCRIPT = Path(__file__).with_name("small_dataset.py")
 CASES, PIECE_CASES, SEED = 48, 8, 6  # those of SCRIPT
@@ -26,13 +26,13 @@ CASES, PIECE_CASES, SEED = 48, 8, 6  # those of SCRIPT
 
 @pytest.fixture(autouse=True)
 def _small_pieces(monkeypatch):
-    monkeypatch.setattr(snapshots, "PIECE_CASES", PIECE_CASES)
+    monkeypatch.setattr(linear_scene, "PIECE_CASES", PIECE_CASES)
 
 
 @pytest.fixture(scope="module")
 def uninterrupted(tiny_harmonic, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(snapshots, "PIECE_CASES", PIECE_CASES)
+        patch.setattr(linear_scene, "PIECE_CASES", PIECE_CASES)
         return read_dataset(make_dataset(tiny_harmonic, CASES, tmp_path_factory.mktemp("whole") / "set.nc", seed=SEED))
 
 
@@ -55,32 +55,37 @@ def times(folder):
 
 def test_answers_are_those_of_the_model(tiny_harmonic, uninterrupted):
     arrays, cases = draw_cases(tiny_harmonic, CASES, seed=SEED)
-    _, residual = solve_cases(tiny_harmonic, arrays)
-    assert residual.max() <= 1e-10
+    _, record = tiny_harmonic.solve(arrays)
+    assert record["residual"].max() <= 1e-10
     # case order, whatever the grouping: each answer belongs to its own inputs
     answers = tiny_harmonic.values(uninterrupted)
     for i in range(0, CASES, 5):
         force = tiny_harmonic.force_vectors(arrays.take([i]))[:, 0]
-        assert tiny_harmonic.full_order.residual(answers[i], force, arrays.frequency[i], arrays.loss_factor[i]) <= 1e-9
+        assert tiny_harmonic.model.residual(answers[i], force, arrays.frequency[i], arrays.loss_factor[i]) <= 1e-9
     xr.testing.assert_identical(cases["frequency"], uninterrupted["frequency"])
+
+
+def test_no_number_of_workers_changes_a_bit(tiny_harmonic, uninterrupted, tmp_path):
+    found = read_dataset(make_dataset(tiny_harmonic, CASES, tmp_path / "set.nc", seed=SEED, workers=2))
+    xr.testing.assert_identical(found.drop_vars("solve_seconds"), uninterrupted.drop_vars("solve_seconds"))
 
 
 def test_pieces_hold_whole_groups_and_every_case_once(tiny_harmonic, static):
     for scene in (tiny_harmonic, static):
         arrays = scene.sample(70, 1)
-        pieces = snapshots._pieces(scene, arrays)
+        pieces = scene.pieces(arrays)
         np.testing.assert_array_equal(np.sort(np.concatenate(pieces)), np.arange(70))
         assert len(pieces) > 3 and max(map(len, pieces)) <= 2 * PIECE_CASES
 
 
 def test_cases_of_different_widths_join(static):
-    joined = snapshots.concatenate(static.sample(4, 0), static.sample_beyond(3, 0))
+    joined = static.sample(4, 0).joined(static.sample_beyond(3, 0))
     assert joined.node.shape == joined.force.shape == (7, 5)
     assert (joined.force[:4, 3:] == 0).all()
 
 
 def test_a_bad_truth_is_not_stored(tiny_harmonic, tmp_path, monkeypatch):
-    monkeypatch.setattr(snapshots, "RESIDUAL_LIMIT", 1e-30)
+    monkeypatch.setattr(linear_scene, "RESIDUAL_LIMIT", 1e-30)
     with pytest.raises(SolverError, match=r"relative residual .* above 1e-30"):
         make_dataset(tiny_harmonic, 3, tmp_path / "bad.nc")
     assert not (tmp_path / "bad.nc").exists()
@@ -108,9 +113,9 @@ def test_a_killed_run_goes_on_where_it_was(tiny_harmonic, uninterrupted, tmp_pat
 
     solved = []
     with pytest.MonkeyPatch.context() as patch:
-        solve = snapshots.solve_cases
-        patch.setattr(snapshots, "solve_cases", lambda scene, cases: solved.append(len(cases)) or solve(scene, cases))
-        patch.setattr(snapshots.shutil, "rmtree", lambda _: None)
+        solve = snapshots.solve_piece
+        patch.setattr(snapshots, "solve_piece", lambda scene, cases: solved.append(len(cases)) or solve(scene, cases))
+        patch.setattr("rom.datasets.pieces.shutil.rmtree", lambda *_, **__: None)
         make_dataset(tiny_harmonic, CASES, path, seed=SEED)
     assert times(folder)["00000.nc"] == finished["00000.nc"]
     assert sum(solved) == CASES - PIECE_CASES  # the finished piece was not solved again
@@ -145,8 +150,8 @@ def _full(*_, **__):
 
 def test_a_full_disk_keeps_the_finished_pieces(tiny_harmonic, uninterrupted, tmp_path, monkeypatch, capsys):
     path = tmp_path / "set.nc"
-    monkeypatch.setitem(PRESETS, "metamodel", tiny_harmonic.fingertip.density)
-    command = ["dataset", "harmonic-point-force", "--cases", str(CASES), "--seed", str(SEED), "--output", str(path)]
+    monkeypatch.setitem(PRESETS, "metamodel", tiny_harmonic.body.fingertip.density)
+    command = ["dataset", "harmonic-point-force", "--cases", str(CASES), "--seed", str(SEED), "--workers", "1", "--output", str(path)]
     write, written = xr.Dataset.to_netcdf, []
 
     def until_full(self, *args, **kwargs):
@@ -163,7 +168,7 @@ def test_a_full_disk_keeps_the_finished_pieces(tiny_harmonic, uninterrupted, tmp
     assert len(kept) == 3 and not path.exists()
     assert not list(tmp_path.rglob("*.partial"))  # a full disk is not filled further
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(snapshots.shutil, "rmtree", lambda _: None)
+        patch.setattr("rom.datasets.pieces.shutil.rmtree", lambda *_, **__: None)
         assert cli.main(command) == 0  # room again
     assert kept.items() <= times(tmp_path / "set.nc.pieces").items()
     equal(read_dataset(path), uninterrupted)
@@ -214,14 +219,14 @@ def test_recipes_name_everything(tiny_harmonic, tmp_path, monkeypatch):
 
 def test_single_cases_are_a_dataset_too(tiny_harmonic, tmp_path):
     data = read_dataset(make_dataset(tiny_harmonic, 1, tmp_path / "one.nc"))
-    arrays = tiny_harmonic.case_arrays(data)
+    arrays = tiny_harmonic.read(data)
     assert isinstance(arrays, CaseArrays) and len(arrays) == 1
 
 
 def test_a_finished_dataset_is_not_made_again(tiny_harmonic, tmp_path, monkeypatch):
     path = make_dataset(tiny_harmonic, 5, tmp_path / "set.nc", seed=2)
     before = path.stat().st_mtime_ns
-    monkeypatch.setattr(snapshots, "solve_cases", None)  # a call would fail
+    monkeypatch.setattr(snapshots, "solve_piece", None)  # a call would fail
     assert make_dataset(tiny_harmonic, 5, path, seed=2) == path
     assert path.stat().st_mtime_ns == before
 
@@ -241,16 +246,16 @@ def test_no_file_of_another_kind_is_overwritten(tiny_harmonic, tmp_path, content
 
 def test_given_cases_go_on_where_a_killed_run_was(tiny_harmonic, uninterrupted, tmp_path, monkeypatch):
     arrays = tiny_harmonic.sample(CASES, SEED)
-    solved = []
+    solved, solve = [], snapshots.solve_piece
 
     def stop_in_the_third(scene, block):
         if len(solved) == 2:
             raise KeyboardInterrupt
         solved.append(len(block))
-        return solve_cases(scene, block)
+        return solve(scene, block)
 
     with monkeypatch.context() as patch:
-        patch.setattr(snapshots, "solve_cases", stop_in_the_third)
+        patch.setattr(snapshots, "solve_piece", stop_in_the_third)
         with pytest.raises(KeyboardInterrupt):
             solve_dataset(tiny_harmonic, arrays, tmp_path / "set.nc")
     kept = times(tmp_path / "set.nc.pieces")
@@ -266,7 +271,7 @@ def test_given_cases_are_found_again_in_the_cache(tiny_harmonic, monkeypatch):
     arrays = tiny_harmonic.sample(9, 1)
     path = solve_dataset(tiny_harmonic, arrays)
     with monkeypatch.context() as patch:
-        patch.setattr(snapshots, "solve_cases", None)  # nothing is solved twice
+        patch.setattr(snapshots, "solve_piece", None)  # nothing is solved twice
         assert solve_dataset(tiny_harmonic, arrays) == path
     louder = CaseArrays(arrays.node, 2 * arrays.force, arrays.frequency, arrays.loss_factor)
     assert solve_dataset(tiny_harmonic, louder) != path

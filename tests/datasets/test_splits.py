@@ -61,7 +61,7 @@ def test_the_hard_split_keeps_whole_nodes_from_training(scene):
     assert len(train) + len(test) == 330
     loaded = {part: set(arrays.node[rows][arrays.force[rows] != 0]) for part, rows in
               (("train", train), ("test", test))}
-    held = set(scene.held_out_nodes(2))
+    held = set(scene.held_out_loads(2))
     assert held and not loaded["train"] & held
     assert held <= loaded["test"]
 

@@ -1,14 +1,10 @@
 """Hostile values make a valid fingertip or one sentence: anatomy, tissues, surfaces, mesh densities."""
 
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hostile import EXTREME, HOSTILE, numbers, one_line, refuses_or_makes, things
 

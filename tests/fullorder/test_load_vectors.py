@@ -11,7 +11,7 @@ COUNT = 5
 
 @pytest.fixture(scope="module")
 def model(tiny_harmonic):
-    return tiny_harmonic.full_order
+    return tiny_harmonic.model
 
 
 @pytest.fixture(scope="module")

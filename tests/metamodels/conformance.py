@@ -27,7 +27,7 @@ SETTINGS: dict[str, tuple[dict[str, Any], ...]] = {
 """What keeps each fit below a second or two; a method that is not named here runs at its defaults."""
 
 ON_ONE_SCENE: dict[tuple[str, str], tuple[dict[str, Any], ...]] = {
-    ("pod-regression", HarmonicPointForce.name): tuple(
+    ("pod-regression", "harmonic-point-force"): tuple(
         {"rank": 20, "regressor": name} for name in ("knn", "gp", "extra-trees")),
 }
 """Further settings that a method takes on one scene alone."""

@@ -9,10 +9,11 @@ import secrets
 import numpy as np
 import pytest
 
-from rom.comparison.errors import energy_errors, relative_errors
+from rom.relative import relative_errors
+from energy import energy_errors
 from rom.fingertip import Fingertip
 from rom.metamodels import create
-from rom.scenes import CaseArrays, HarmonicPointForce, StaticPointForces, get_scene
+from rom.scenes import CaseArrays, get_scene
 
 pytestmark = pytest.mark.accuracy
 N_POINT = 12
@@ -31,19 +32,19 @@ def tip():
 
 
 def test_static_superposition(tip, seed):
-    scene = get_scene(StaticPointForces.name, tip)
+    scene = get_scene("static-point-forces", tip)
     cases = scene.sample(20, seed)
     answers = create("superposition", scene).fit().evaluate(cases)
     direct = create("direct-reused", scene).fit()
     truth = direct.evaluate(cases)
-    residual = scene.full_order.residual(truth.T, scene.force_vectors(cases))
+    residual = scene.model.residual(truth.T, scene.force_vectors(cases))
     assert residual.max() <= 1e-10, f"ROM_TEST_SEED={seed}"
     assert relative_errors(answers, truth).max() <= 1e-9, f"ROM_TEST_SEED={seed}"
 
 
 @pytest.fixture(scope="module")
 def harmonic(tip):
-    return get_scene(HarmonicPointForce.name, tip)
+    return get_scene("harmonic-point-force", tip)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def cases(harmonic, seed):
     rng = np.random.default_rng([seed, 77])
     frequency, loss_factor = rng.uniform(1.0, 300.0, N_POINT), rng.uniform(0.1, 0.5, N_POINT)
     frequency[:2], loss_factor[:3] = (1.0, 300.0), (0.1, 0.1, 0.1)
-    return CaseArrays(rng.integers(harmonic.n_pad, size=(N_POINT, 1)), rng.uniform(0.01, 0.1, (N_POINT, 1)),
+    return CaseArrays(rng.integers(harmonic.n_loads, size=(N_POINT, 1)), rng.uniform(0.01, 0.1, (N_POINT, 1)),
                       frequency, loss_factor)
 
 
@@ -61,7 +62,7 @@ def truth(harmonic, cases, seed):
     direct = create("direct", harmonic).fit()
     answers = direct.evaluate(cases)
     for i in range(len(cases)):
-        residual = harmonic.full_order.residual(answers[i], harmonic.force_vectors(cases.take([i]))[:, 0],
+        residual = harmonic.model.residual(answers[i], harmonic.force_vectors(cases.take([i]))[:, 0],
                                                 cases.frequency[i], cases.loss_factor[i])
         assert residual <= 1e-10, f"ROM_TEST_SEED={seed}"
     return answers
@@ -76,7 +77,7 @@ def test_modal_krylov(harmonic, cases, truth, seed, modes, vectors, limit):
     where = (f"ROM_TEST_SEED={seed}: {errors[i]:.2e} at node {cases.node[i, 0]}, {cases.frequency[i]:.2f} Hz, "
              f"loss factor {cases.loss_factor[i]:.3f}")
     assert errors[i] <= limit, where
-    made = energy_errors(answers, truth, harmonic.full_order.stiffness)
+    made = energy_errors(answers, truth, harmonic.model.stiffness)
     assert (model.error_bound(cases) >= made).all(), f"ROM_TEST_SEED={seed}"
     pad = model.evaluate(cases, "pad")
-    assert relative_errors(pad, truth[:, harmonic.pad_rows]).max() <= limit, where
+    assert relative_errors(pad, truth[:, harmonic.part_rows]).max() <= limit, where

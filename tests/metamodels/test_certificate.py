@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rom.comparison.errors import energy_errors
+from energy import energy_errors
 from rom.metamodels import create
 from rom.scenes import CaseArrays
 
@@ -16,11 +16,11 @@ loss factor 0.05)."""
 def cases(harmonic):
     """Random points, the published range and beyond it: loss factors .05 and .6, 300 to 400 Hz, resonances."""
     rng = np.random.default_rng(31)
-    resonance = harmonic.full_order.natural_modes(count=8).frequency_hz
+    resonance = harmonic.model.natural_modes(count=8).frequency_hz
     frequency = np.concatenate([rng.uniform(1, 300, 24), rng.uniform(300, 400, 8), resonance])
     loss_factor = np.concatenate([rng.uniform(0.1, 0.5, 12), rng.choice([0.05, 0.6], 20), np.full(8, 0.05)])
     n = len(frequency)
-    return CaseArrays(rng.integers(harmonic.n_pad, size=(n, 1)), rng.uniform(0.01, 0.1, (n, 1)), frequency, loss_factor)
+    return CaseArrays(rng.integers(harmonic.n_loads, size=(n, 1)), rng.uniform(0.01, 0.1, (n, 1)), frequency, loss_factor)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def truth(harmonic, cases):
 
 @pytest.fixture(scope="module")
 def size(harmonic, truth):
-    return energy_errors(truth, np.zeros_like(truth), harmonic.full_order.stiffness)
+    return energy_errors(truth, np.zeros_like(truth), harmonic.model.stiffness)
 
 
 @pytest.mark.parametrize("precision", ["float64", "float32"])
@@ -40,7 +40,7 @@ def size(harmonic, truth):
     ids=["static-band", "static-30", "krylov-12-2", "krylov-20-4", "krylov-40-8"])
 def test_the_bound_holds(harmonic, cases, truth, size, name, settings, precision):
     model = create(name, harmonic, precision=precision, **settings).fit()
-    made = energy_errors(model.evaluate(cases), truth, harmonic.full_order.stiffness)
+    made = energy_errors(model.evaluate(cases), truth, harmonic.model.stiffness)
     bound = model.error_bound(cases)
     assert (made <= bound + ROUNDING * size).all()
     # the theorem loses only the spread of the amplification over the left-out modes: 1.0 to 1.6 inside the band;
@@ -56,11 +56,11 @@ def test_the_bound_holds(harmonic, cases, truth, size, name, settings, precision
 
 def test_the_bound_of_several_forces_holds(harmonic):
     rng = np.random.default_rng(8)
-    node = np.stack([rng.permutation(harmonic.n_pad)[:3] for _ in range(8)])
+    node = np.stack([rng.permutation(harmonic.n_loads)[:3] for _ in range(8)])
     cases = CaseArrays(node, rng.uniform(-0.1, 0.1, node.shape), rng.uniform(1, 350, 8), rng.uniform(0.05, 0.6, 8))
     truth = create("direct", harmonic).fit().evaluate(cases)
     model = create("modal-krylov", harmonic, modes=20, vectors=3).fit()
-    made = energy_errors(model.evaluate(cases), truth, harmonic.full_order.stiffness)
+    made = energy_errors(model.evaluate(cases), truth, harmonic.model.stiffness)
     assert (made <= model.error_bound(cases)).all()
 
 
@@ -80,14 +80,14 @@ def test_predict_carries_absolute_and_relative_bounds(harmonic, harmonic_data, s
     model = create("modal-krylov", harmonic, modes=20, vectors=4).fit()
     stored = harmonic_data.isel(case=slice(0, None, 12))
     answer, truth = model.predict(stored), harmonic.values(stored)
-    stiffness = harmonic.full_order.stiffness
+    stiffness = harmonic.model.stiffness
     made = energy_errors(harmonic.values(answer), truth, stiffness)
     whole = energy_errors(truth, np.zeros_like(truth), stiffness)
     assert answer["energy_error_bound"].dims == ("case",)
     assert answer["energy_error_bound"].attrs["units"] == "J0.5"
     assert (made <= answer["energy_error_bound"].values + ROUNDING * whole).all()
     assert (made / whole <= answer["relative_energy_error_bound"].values + ROUNDING).all()
-    np.testing.assert_allclose(model.energy_norm(harmonic.case_arrays(stored)),
+    np.testing.assert_allclose(model.energy_norm(harmonic.read(stored)),
                                energy_errors(harmonic.values(answer), 0 * truth, stiffness), rtol=1e-8)
 
 
@@ -98,10 +98,10 @@ def test_predict_carries_absolute_and_relative_bounds(harmonic, harmonic_data, s
 def test_relative_bounds_hold_and_are_tight(harmonic, name, settings, forces):
     rng = np.random.default_rng(forces)
     n = 40
-    node = np.stack([rng.permutation(harmonic.n_pad)[:forces] for _ in range(n)])
+    node = np.stack([rng.permutation(harmonic.n_loads)[:forces] for _ in range(n)])
     cases = CaseArrays(node, rng.uniform(-0.1, 0.1, node.shape), rng.uniform(1, 250, n), rng.uniform(0.1, 0.5, n))
     truth = create("direct", harmonic).fit().evaluate(cases)
-    stiffness = harmonic.full_order.stiffness
+    stiffness = harmonic.model.stiffness
     model = create(name, harmonic, **settings).fit()
     made = energy_errors(model.evaluate(cases), truth, stiffness) / energy_errors(truth, 0 * truth, stiffness)
     found = model.assess(cases)

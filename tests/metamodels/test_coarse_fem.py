@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from rom.comparison.errors import relative_errors
+from rom.relative import relative_errors
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import create
-from rom.scenes import CaseArrays, StaticPointForces, get_scene
+from rom.scenes import CaseArrays, get_scene
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return get_scene(StaticPointForces.name, Fingertip(density=MeshDensity((6, 6), 3, 3, (1, 1, 1, 2))))
+    return get_scene("static-point-forces", Fingertip(density=MeshDensity((6, 6), 3, 3, (1, 1, 1, 2))))
 
 
 @pytest.fixture(scope="module")
 def unit(scene):
-    return CaseArrays(np.arange(scene.n_pad)[:, None], np.ones((scene.n_pad, 1)))
+    return CaseArrays(np.arange(scene.n_loads)[:, None], np.ones((scene.n_loads, 1)))
 
 
 def test_scale_one_is_the_model_itself(scene, unit):
@@ -35,7 +35,7 @@ def test_errors_fall_with_the_mesh(scene, unit):
 def test_compliance_grows_as_the_mesh_is_refined(scene, unit):
     # the average compliance under distributed pressure rises with refinement of a displacement method that locks
     # nowhere (Rayleigh-Ritz); B-bar and a curved boundary keep it from being strict, so the ends are compared
-    pressure = CaseArrays(np.arange(scene.n_pad)[None], np.ones((1, scene.n_pad)))
+    pressure = CaseArrays(np.arange(scene.n_loads)[None], np.ones((1, scene.n_loads)))
     load = scene.force_vectors(pressure)[:, 0]
     coarse, fine = (create("coarse-fem", scene, scale=scale).fit().evaluate(pressure)[0] @ load
                     for scale in (1 / 3, 1.0))

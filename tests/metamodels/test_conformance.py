@@ -9,11 +9,11 @@ import xarray as xr
 from conformance import ROWS
 from safetensors.numpy import load_file, save_file
 
-from rom.comparison.errors import relative_errors
+from rom.relative import relative_errors
 from rom.errors import NotFittedError, SchemaError
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import METHODS, create, load, metamodel_class
-from rom.metamodels.networks.files import read_attributes
+from rom.datasets.tensors import read_attributes
 from rom.scenes import SCENES, CaseArrays, get_scene
 
 pytestmark = pytest.mark.filterwarnings("ignore::rom.metamodels.ValidityWarning")  # test_validity.py looks at them
@@ -62,7 +62,7 @@ def cases(scene, train):
 
 @pytest.fixture(scope="module")
 def arrays(scene, cases):
-    return scene.case_arrays(cases)
+    return scene.read(cases)
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +129,7 @@ def test_answers_have_the_labels_of_the_full_order_model(row, scene, train, mode
     wanted = truth.dtype if not row.single else np.complex64 if scene.harmonic else np.float32
     assert found.dtype == wanted
     assert np.isfinite(found.values).all()
-    assert (found.values[:, scene.fingertip.mesh.bone_nodes] == 0).all()  # the bone holds
+    assert (found.values[:, scene.body.fingertip.mesh.bone_nodes] == 0).all()  # the bone holds
 
 
 def test_answers_to_a_stored_dataset_do_not_carry_its_truth(model, train):
@@ -153,9 +153,9 @@ def test_a_batch_longer_than_a_block_equals_its_parts(row, model, arrays):
 
 
 def test_pad_outputs_are_the_pad_rows_of_the_field(row, scene, model, arrays):
-    close(model.evaluate(arrays, "pad"), model.evaluate(arrays, "field")[:, scene.pad_rows], row.rounding)
+    close(model.evaluate(arrays, "pad"), model.evaluate(arrays, "field")[:, scene.part_rows], row.rounding)
     one = arrays.take(slice(0, 1))
-    close(model.evaluate(one, "pad"), model.evaluate(one, "field")[:, scene.pad_rows], row.rounding)
+    close(model.evaluate(one, "pad"), model.evaluate(one, "field")[:, scene.part_rows], row.rounding)
 
 
 def test_amplitude_multiplies(row, model, arrays):
@@ -211,7 +211,7 @@ def test_files_of_another_mesh_are_refused(scene, saved):
 
 
 def test_files_of_another_anatomy_are_refused(scene, saved):
-    tip = scene.fingertip
+    tip = scene.body.fingertip
     stiffer = tip.anatomy.to_dict()
     stiffer["dermis"]["elastic_modulus"] *= 1.01
     other = get_scene(scene.name, Fingertip(type(tip.anatomy).from_dict(stiffer), tip.density))

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from rom.comparison.errors import relative_errors
+from rom.relative import relative_errors
 from rom.metamodels import create
 from rom.metamodels.lookup_table import lagrange
-from rom.scenes import CaseArrays, HarmonicPointForce, get_scene
+from rom.scenes import CaseArrays, get_scene
 
 ROM = {"modes": 30, "vectors": 4}
 
@@ -76,7 +76,7 @@ def test_points_outside_the_table_are_named(tiny_harmonic):
     ({"loss_factors": 1, "interpolation": "linear"}, "linear interpolation needs 2 of each")])
 def test_tables_that_cannot_be_are_refused(tiny_tip, settings, text):
     with pytest.raises(ValueError, match=text):
-        create("lookup-table", get_scene(HarmonicPointForce.name, tiny_tip), **settings)
+        create("lookup-table", get_scene("harmonic-point-force", tiny_tip), **settings)
 
 
 def test_lagrange_polynomials_reproduce_polynomials():

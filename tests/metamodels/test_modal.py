@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from rom.comparison.errors import relative_errors
+from rom.relative import relative_errors
 from rom.metamodels import create
-from rom.scenes import CaseArrays, HarmonicPointForce, StaticPointForces, get_scene
+from rom.scenes import CaseArrays, get_scene
 
 
 def random_cases(scene, count, low=1.0, high=300.0, seed=23):
     rng = np.random.default_rng(seed)
-    return CaseArrays(rng.integers(scene.n_pad, size=(count, 1)), rng.uniform(0.01, 0.1, (count, 1)),
+    return CaseArrays(rng.integers(scene.n_loads, size=(count, 1)), rng.uniform(0.01, 0.1, (count, 1)),
                       rng.uniform(low, high, count), rng.uniform(0.1, 0.5, count))
 
 
@@ -41,7 +41,7 @@ def test_all_modes_are_the_direct_solution(tiny_harmonic):
 
 def test_all_modes_by_dense_linear_algebra(tiny_harmonic):
     model = create("modal", tiny_harmonic, modes=8).fit()
-    dense = sla.eigh(tiny_harmonic.full_order.stiffness.toarray(), tiny_harmonic.full_order.mass.toarray(),
+    dense = sla.eigh(tiny_harmonic.model.stiffness.toarray(), tiny_harmonic.model.mass.toarray(),
                      eigvals_only=True)
     np.testing.assert_allclose(model.eigenvalue, dense[:8], rtol=1e-8)
     assert dense[7] < model.next_eigenvalue_bound <= dense[8] * (1 + 1e-9)
@@ -50,7 +50,7 @@ def test_all_modes_by_dense_linear_algebra(tiny_harmonic):
 def test_modes_default_to_those_within_the_band(harmonic):
     model = create("modal", harmonic).fit()
     frequency = np.sqrt(model.eigenvalue) / (2 * np.pi)
-    more = harmonic.full_order.natural_modes(count=len(frequency) + 1).frequency_hz
+    more = harmonic.model.natural_modes(count=len(frequency) + 1).frequency_hz
     assert frequency.max() < harmonic.band_hz <= more[-1]
     assert np.sqrt(model.next_eigenvalue_bound) / (2 * np.pi) <= more[-1]
 
@@ -76,7 +76,7 @@ def test_residual_flexibility_helps_and_vectors_help_more(harmonic, cases, truth
 
 def test_residual_flexibility_is_exact_at_rest(static, harmonic):
     # at 0 Hz the left-out modes answer statically: modes + residual flexibility = K^-1 f / (1 + i eta)
-    n = harmonic.n_pad
+    n = harmonic.n_loads
     unit = CaseArrays(np.arange(n)[:, None], np.ones((n, 1)))
     still = CaseArrays(unit.node, unit.force, np.zeros(n), np.full(n, 0.4))
     truth = create("superposition", static).fit().evaluate(unit) / (1 + 0.4j)
@@ -96,7 +96,7 @@ def test_other_tissue_gives_other_modes(small_tip):
     anatomy = small_tip.anatomy
     stiffer = dataclasses.replace(anatomy, dermis=dataclasses.replace(
         anatomy.dermis, elastic_modulus=2 * anatomy.dermis.elastic_modulus))
-    first = [np.sqrt(create("modal", get_scene(HarmonicPointForce.name, tip), modes=3).fit().eigenvalue[0])
+    first = [np.sqrt(create("modal", get_scene("harmonic-point-force", tip), modes=3).fit().eigenvalue[0])
              for tip in (small_tip, dataclasses.replace(small_tip, anatomy=stiffer))]
     assert first[1] > 1.01 * first[0]
 
@@ -111,5 +111,5 @@ def test_impossible_settings_are_refused(harmonic, name, settings, message):
 
 
 def test_modes_answer_no_static_scene(static):
-    with pytest.raises(ValueError, match=f"modal does not apply to {StaticPointForces.name}"):
+    with pytest.raises(ValueError, match=f"modal does not apply to {"static-point-forces"}"):
         create("modal", static)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rom.metamodels.pod import PodSpace, pod
+from rom.metamodels.pod_space import PodSpace, pod
 
 RNG = np.random.default_rng(5)
 SNAPSHOTS = RNG.standard_normal((20, 100))

@@ -24,7 +24,7 @@ def difference(model, scene, cases):
     """Relative to the direct answer; next to a resonance the direct solve may doubt itself."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IllConditionedWarning)
-        exact = scene.full_order.solve_harmonic(scene.force_vectors(cases)[:, 0], cases.frequency[0],
+        exact = scene.model.solve_harmonic(scene.force_vectors(cases)[:, 0], cases.frequency[0],
                                                 cases.loss_factor[0])
     return np.linalg.norm(model.evaluate(cases)[0] - exact) / np.linalg.norm(exact)
 
@@ -42,7 +42,7 @@ def krylov(harmonic):
 def test_the_modal_answer_holds_within_a_millihertz_of_a_resonance(krylov, harmonic, mode):
     """Loss factor 1e-6 asks for eigenvalues to better than 1e-6 of that; loads across the symmetry included."""
     resonance = np.sqrt(krylov.eigenvalue[mode]) / (2 * np.pi)
-    for node in (0, symmetric_load(harmonic.fingertip)):
+    for node in (0, symmetric_load(harmonic.body.fingertip)):
         for distance in (0.0, 1e-4, -1e-3):
             assert difference(krylov, harmonic, one_case(node, resonance + distance, 1e-6)) < 1e-6
         assert difference(krylov, harmonic, one_case(node, resonance + 1e-3, 0.0)) < 1e-6

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rom.comparison.errors import relative_errors
+from rom.relative import relative_errors
 from rom.metamodels import create
-from rom.metamodels.pod import pod
+from rom.metamodels.pod_space import pod
 from rom.scenes import CaseArrays
 
 
@@ -13,7 +13,7 @@ from rom.scenes import CaseArrays
 def fresh(static):
     """Forces that no dataset holds: one to three at random nodes, amplitudes of either sign."""
     rng = np.random.default_rng(17)
-    node = np.stack([rng.permutation(static.n_pad)[:3] for _ in range(30)])
+    node = np.stack([rng.permutation(static.n_loads)[:3] for _ in range(30)])
     force = rng.uniform(-2.0, 2.0, node.shape)
     force[:10, 1:] = 0.0
     return CaseArrays(node, force)
@@ -39,13 +39,13 @@ def test_superposition_needs_no_data_and_learns_none(static, static_data, fresh)
 def test_pod_of_enough_cases_spans_all_unit_responses(static, static_data, fresh, truth):
     # linear statics: every answer lies in the span of n_pad unit responses, and the training cases load every node
     span = pod(static.values(static_data)).vectors.shape[1]
-    assert span == static.n_pad
+    assert span == static.n_loads
     model = create("pod-galerkin", static, rank=span).fit(static_data)
     assert relative_errors(model.evaluate(fresh), truth).max() <= 1e-7  # NOISE leaves singular values above 1e-6
 
 
 def test_galerkin_errors_fall_with_rank_and_are_best_in_energy(static, static_data, fresh, truth):
-    stiffness = static.full_order.stiffness
+    stiffness = static.model.stiffness
     errors = []
     for rank in (4, 8, 16, 22):
         model = create("pod-galerkin", static, rank=rank).fit(static_data)
@@ -70,7 +70,7 @@ def test_best_approximation_bounds_the_error_from_below(static, static_data, fre
 def test_regression_reproduces_its_training_cases(static, static_data):
     # as many centres as loaded nodes and a small ridge: nearly interpolation
     model = create("pod-regression", static, rank=22, ridge=1e-10).fit(static_data)
-    arrays = static.case_arrays(static_data)
+    arrays = static.read(static_data)
     assert relative_errors(model.evaluate(arrays), static.values(static_data)).max() <= 1e-2
 
 

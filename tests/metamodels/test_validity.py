@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conformance import ROWS
 
-from rom.comparison.errors import energy_errors
+from energy import energy_errors
 from rom.datasets.snapshots import concatenate
 from rom.errors import SolverError
 from rom.metamodels import ValidityWarning, create, load
@@ -47,7 +47,7 @@ def truth(scene, arrays):
 
 
 def relative(scene, answers, truth):
-    stiffness = scene.full_order.stiffness
+    stiffness = scene.model.stiffness
     return energy_errors(answers, truth, stiffness) / energy_errors(truth, 0 * truth, stiffness)
 
 
@@ -202,7 +202,7 @@ def test_pad_outputs_are_judged_by_the_whole_field(small_tip, static_data):
     pad = get_scene("static-point-forces", small_tip, outputs="pad")
     model = create("pod-galerkin", pad, rank=20).fit(static_data)
     answer = model.predict(static_data.isel(case=slice(4)), tolerance=1e-3)
-    assert answer.sizes["node"] == pad.n_pad
+    assert answer.sizes["node"] == pad.n_loads
     assert (answer["error_estimate"] <= 1e-3).all()
     expected = static_data["displacement"].isel(case=slice(4)).sel(node=answer["node"]).values
     np.testing.assert_allclose(answer["displacement"].values, expected, rtol=1e-2, atol=1e-3 * abs(expected).max())

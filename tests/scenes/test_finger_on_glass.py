@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.collagen.tissue import PUBLISHED_K1, VARIANTS
+from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
 from rom.fingertip import Fingertip
-from rom.scenes import CONTACT_SCENES, SCENES, FingerOnGlass, get_scene, scene_from_json
-from rom.scenes.finger_on_glass import BEYOND, RANGES
+from rom.scenes import SCENES, LinearScene, get_scene, scene_from_json
+from rom.scenes.finger_on_glass import BEYOND, RANGES, FingerOnGlass
 
 
 @pytest.fixture(scope="module")
@@ -16,8 +16,9 @@ def scene():
 
 
 def test_registry_tells_linear_scenes_from_contact():
-    assert list(CONTACT_SCENES) == ["finger-on-glass"]
-    assert "finger-on-glass" not in SCENES
+    assert isinstance(get_scene("static-point-forces"), LinearScene)
+    assert not isinstance(get_scene("finger-on-glass", rays=40, layers=5), LinearScene)
+    assert set(SCENES) == {"static-point-forces", "harmonic-point-force", "harmonic-patch-forces", "finger-on-glass"}
     with pytest.raises(ValueError, match="takes no 3D fingertip"):
         get_scene("finger-on-glass", Fingertip.preset("metamodel"))
     with pytest.raises(ValueError, match="does not take the option colour"):
@@ -74,10 +75,10 @@ def test_hard_regions_are_corners_of_the_box(scene):
 def test_labels_and_arrays_are_inverse(scene):
     paths = scene.sample(7, seed=1)
     cases = scene.cases_from(paths)
-    for found, expected in zip(scene.case_arrays(cases), paths, strict=True):
+    for found, expected in zip(scene.read(cases), paths, strict=True):
         np.testing.assert_array_equal(found, expected)
-    named = cases.assign(variant=("path", np.array(VARIANTS)[paths.variant]))
-    np.testing.assert_array_equal(scene.case_arrays(named).variant, paths.variant)
+    named = cases.assign(variant=("case", np.array(VARIANTS)[paths.variant]))
+    np.testing.assert_array_equal(scene.read(named).variant, paths.variant)
 
 
 @pytest.mark.parametrize(("name", "value", "message"), [
@@ -86,30 +87,30 @@ def test_labels_and_arrays_are_inverse(scene):
     ("variant", 3, "variant 3 is no arrangement"), ("c", "soft", "must be a real number of Pa"),
     ("variant", "crossed", "'crossed' is no arrangement of fibres")])
 def test_bad_paths_are_refused_in_one_sentence(scene, name, value, message):
-    cases = scene.cases_from(scene.sample(1)).assign({name: ("path", np.array([value]))})
+    cases = scene.cases_from(scene.sample(1)).assign({name: ("case", np.array([value]))})
     with pytest.raises(ValueError, match=message) as refusal:
-        scene.case_arrays(cases)
+        scene.read(cases)
     assert "\n" not in str(refusal.value)
 
 
 def test_missing_and_misshapen_variables_are_refused(scene):
     cases = scene.cases_from(scene.sample(2))
     with pytest.raises(ValueError, match="lack the variable 'k1'"):
-        scene.case_arrays(cases.drop_vars("k1"))
+        scene.read(cases.drop_vars("k1"))
     with pytest.raises(ValueError, match="batch it along"):
-        scene.case_arrays(cases.assign(c=("position", np.ones(32))))
+        scene.read(cases.assign(c=("position", np.ones(32))))
     with pytest.raises(ValueError, match="holds no path"):
-        scene.case_arrays(cases.isel(path=slice(0)))
+        scene.read(cases.isel(case=slice(0)))
     with pytest.raises(ValueError, match=r"give an xarray\.Dataset"):
-        scene.case_arrays(3)
+        scene.read(3)
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ({"rays": 3}, "rays=3 is no number of elements"), ({"seed": -1}, "seed=-1 is no seed"),
+    ({"rays": 3}, "rays=3 cannot be"), ({"seed": -1}, "seed=-1 cannot be: give a whole number from 0 up"),
     ({"outputs": "pad"}, "outputs='pad' is unknown"), ({"section": 3}, "the section is 3: build one"),
     ({"section": {"girth": 1.0}}, "a section has no 'girth'"), ({"effective_length": 0.0}, "effective_length=0.0"),
     ({"section": {"bone_width": 30.0}}, "reaches out of a skin"),
-    ({"out_of_plane_stiffness": -1.0}, "out_of_plane_stiffness=-1.0 is out of range")])
+    ({"out_of_plane_stiffness": -1.0}, "out_of_plane_stiffness=-1.0 cannot be")])
 def test_scenes_that_cannot_be_are_refused(options, message):
     with pytest.raises(ValueError, match=message) as refusal:
         FingerOnGlass(**options)

@@ -32,8 +32,8 @@ def test_cases_are_distinct_and_counted(scene, count, seed):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_every_node_is_loaded_equally_often(scene, seed):
-    arrays = scene.sample(6 * scene.n_pad, seed)
-    often = np.bincount(arrays.node[arrays.force != 0.0], minlength=scene.n_pad)
+    arrays = scene.sample(6 * scene.n_loads, seed)
+    often = np.bincount(arrays.node[arrays.force != 0.0], minlength=scene.n_loads)
     # one shuffled pad after another; triples that would meet a node twice are put off, by a walk or two
     assert np.ptp(often) <= (0 if scene.harmonic else 2)
 
@@ -83,7 +83,7 @@ def test_groups_hold_every_case_once_and_one_operating_point_each(harmonic):
 
 
 def test_more_cases_than_exist_are_refused(static, harmonic):
-    most = 300 * 9 * harmonic.n_pad
+    most = 300 * 9 * harmonic.n_loads
     with pytest.raises(ValueError, match=f"{most + 1} cases are more than the {most}"):
         harmonic.sample(most + 1)
     with pytest.raises(ValueError, match="distinct combinations"):
@@ -92,9 +92,9 @@ def test_more_cases_than_exist_are_refused(static, harmonic):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_hard_regions(static, harmonic, seed):
-    held = harmonic.held_out_nodes(seed)
-    assert len(held) == round(0.1 * harmonic.n_pad)
-    free = np.setdiff1d(np.arange(harmonic.n_pad), held)[0]
+    held = harmonic.held_out_loads(seed)
+    assert len(held) == round(0.1 * harmonic.n_loads)
+    free = np.setdiff1d(np.arange(harmonic.n_loads), held)[0]
     (low, high), _ = HELD_OUT_BANDS
 
     def region(node, frequency, loss_factor):

@@ -6,7 +6,7 @@ import pytest
 from rom.errors import NotFittedError
 from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
-from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
+from rom.scenes import CaseArrays, get_scene
 from rom.vibration.frequency_response import frequency_response, receptances, sweep_cases
 
 FREQUENCY = [0.0, 60.0, 121.0, 250.0]
@@ -14,7 +14,7 @@ FREQUENCY = [0.0, 60.0, 121.0, 250.0]
 
 @pytest.fixture(scope="module")
 def scene(tiny_tip):
-    return get_scene(HarmonicPatchForces.name, tiny_tip)
+    return get_scene("harmonic-patch-forces", tiny_tip)
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def direct(scene):
 
 
 def test_receptances_are_those_of_dense_algebra_and_plain_loops(scene, direct):
-    tip = scene.fingertip
+    tip = scene.body.fingertip
     found = frequency_response(direct, FREQUENCY, amplitude=0.3, loss_factor=0.2)
     stiffness, mass = tip.stiffness.toarray(), tip.mass.toarray()
     node = tip.mesh.fingerprint_centroid

@@ -39,5 +39,5 @@ def test_refusals(tiny_tip):
         parameters(tiny_tip, ["dermis.colour"])
     with pytest.raises(ValueError, match=r"no parameter 'shape\.pad_depth'"):
         with_parameter(tiny_tip, "shape.pad_depth", 0.3)
-    with pytest.raises(AnatomyError, match="positive"):
+    with pytest.raises(AnatomyError, match=r"density=-1\.0 cannot be"):
         with_parameter(tiny_tip, "dermis.density", -1.0)

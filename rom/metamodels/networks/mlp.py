@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from rom.metamodels.facts import Curve
 from rom.metamodels.networks.separable import SeparableNetwork
-from rom.scenes import Scene
+from rom.scenes import LinearScene, Scene
 
 if TYPE_CHECKING:
     import torch
@@ -37,10 +38,16 @@ class Mlp(SeparableNetwork):
 
     name: ClassVar[str] = "mlp"
     summary: ClassVar[str] = "a perceptron of frequency and loss factor, multiplied with features of the loaded place"
+    colour: ClassVar[str] = "#D55E00"
+    static_reason: ClassVar[str] = "takes one force with a frequency; several static forces are the transformer's case"
     static_part: ClassVar[bool] = False
     default_rank: ClassVar[int] = 300
 
-    def __init__(self, scene: Scene, rank: int | None = None, terms: int = 28, width: int = 80, depth: int = 2,
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"terms": 8, "width": 16, "steps": 5},))
+
+    def __init__(self, scene: LinearScene, rank: int | None = None, terms: int = 28, width: int = 80, depth: int = 2,
                  steps: int = 600, storage: str = "float32", seed: int = 0, precision: str = "float32") -> None:
         super().__init__(scene, rank, steps, storage, seed, precision, terms=terms, width=width, depth=depth)
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.networks.separable import SeparableNetwork
-from rom.scenes import Scene
+from rom.scenes import LinearScene, Scene
 
 if TYPE_CHECKING:
     import torch
@@ -40,10 +41,20 @@ class MlpResidual(SeparableNetwork):
 
     name: ClassVar[str] = "mlp-residual"
     summary: ClassVar[str] = "static responses and modes, and a perceptron of what they leave"
+    colour: ClassVar[str] = "#AA4499"
+    static_reason: ClassVar[str] = "nothing is left over when the static part is exact"
     static_part: ClassVar[bool] = True
     default_rank: ClassVar[int] = 96
 
-    def __init__(self, scene: Scene, modes: int = 40, rank: int | None = None, terms: int = 4, width: int = 32,
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(modes=True, responses=True, network=True)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"modes": 10, "rank": 16, "width": 16, "steps": 5},))
+
+    def __init__(self, scene: LinearScene, modes: int = 40, rank: int | None = None, terms: int = 4, width: int = 32,
                  depth: int = 2, steps: int = 40, storage: str = "float32", seed: int = 0,
                  precision: str = "float32") -> None:
         super().__init__(scene, rank, steps, storage, seed, precision, modes=modes, terms=terms, width=width,
@@ -51,7 +62,7 @@ class MlpResidual(SeparableNetwork):
 
     def _solve_known(self) -> None:
         super()._solve_known()
-        modes = self.scene.full_order.natural_modes(count=self.settings["modes"])
+        modes = self.scene.model.natural_modes(count=self.settings["modes"])
         self._modes = modes.shape.T
         self._eigenvalue, self._participation = modes.eigenvalue, self.scene.unit_loads.T @ modes.shape
 

@@ -7,19 +7,18 @@ from __future__ import annotations
 
 import json
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
 
-from rom.errors import NotFittedError, SchemaError
+from rom.datasets.tensors import read_weights, write_weights
 from rom.metamodels.basis import Basis, check_precision
+from rom.metamodels.facts import Needs
 from rom.metamodels.metamodel import Metamodel
-from rom.metamodels.networks.files import read_weights, write_weights
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 if TYPE_CHECKING:
     import torch
@@ -60,8 +59,16 @@ class Network(Metamodel):
     """
 
     learns: ClassVar[bool] = True
+    seeded: ClassVar[bool] = True
+    suffix: ClassVar[str] = ".safetensors"
+    trained_sizes: ClassVar[tuple[str, ...]] = ("large",)
+    """Sizes of which trained weights come with the toolkit, for the scene that they belong to."""
 
-    def __init__(self, scene: Scene, seed: int, precision: str, **settings: Any) -> None:
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False, network=True)
+
+    def __init__(self, scene: LinearScene, seed: int, precision: str, **settings: Any) -> None:
         for name in POSITIVE:
             value = settings.get(name)
             if value is not None and not value > 0:
@@ -95,19 +102,20 @@ class Network(Metamodel):
     # ---- inputs ---------------------------------------------------------------------------------------------
 
     def _places(self) -> np.ndarray:
-        """(n_pad, 6) ndarray [-]: positions, centred and scaled to at most one, and outward normals."""
-        position = self.scene.pad_positions - self.scene.pad_positions.mean(axis=0)
-        return np.concatenate([position / np.abs(position).max(), self.scene.pad_normals], axis=1).astype(np.float32)
+        """(n_load, 6) ndarray [-]: positions, centred and scaled to at most one, and outward normals."""
+        position = self.scene.loads.position - self.scene.loads.position.mean(axis=0)
+        places = np.concatenate([position / np.abs(position).max(), self.scene.loads.direction], axis=1)
+        return places.astype(np.float32)
 
     def _load_matrix(self, cases: CaseArrays) -> np.ndarray:
-        """(n_case, n_pad) ndarray [N]: force at each pad node."""
-        loads = np.zeros((len(cases), self.scene.n_pad))
+        """(n_case, n_load) ndarray [N]: force at each load."""
+        loads = np.zeros((len(cases), self.scene.n_loads))
         np.add.at(loads, (np.arange(len(cases))[:, None], cases.node), cases.force)
         return loads
 
     def _begin(self, train: xr.Dataset) -> tuple[CaseArrays, np.ndarray]:
         """Inputs and (n_case, n_free) answers of the training cases that have an answer to be relative to."""
-        arrays, values = self.scene.case_arrays(train), self.scene.values(train)
+        arrays, values = self.scene.read(train), self.scene.values(train)
         if len(arrays) < 2:
             raise ValueError(f"{len(arrays)} training case is too few for {self.name}: give at least two")
         moving = np.linalg.norm(values, axis=1) > 0
@@ -123,7 +131,7 @@ class Network(Metamodel):
                   "cases": cases_digest}
         return Checkpoint(Path(self.checkpoint), json.dumps(recipe, sort_keys=True))
 
-    def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
+    def best_approximation(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray | None:
         return values @ self._basis.field.T @ self._basis.field
 
     def in_precision(self, precision: str) -> Self:
@@ -137,36 +145,24 @@ class Network(Metamodel):
         """
         self._check_fitted()
         other = type(self)(self.scene, **{**self.settings, "precision": precision})
-        other._restore(self._state())
+        other._take_tensors(self._tensors())
         for name in ("trained", "offline_seconds", "borrowed_seconds", "history", "learned_from", "fitted"):
             setattr(other, name, getattr(self, name, None))
         return other
 
     # ---- files ----------------------------------------------------------------------------------------------
 
-    def save(self, path: str | Path) -> None:
-        """Write the fitted network as one safetensors file, atomically.
-
-        Raises
-        ------
-        NotFittedError, OSError
-        """
-        if not self.fitted:
-            raise NotFittedError(f"{self.name} has not been fitted: fit it before saving")
-        arrays = {str(name): variable.values for name, variable in self._state().items()}
-        write_weights(path, arrays, self._file_attributes())
+    def _write(self, path: str | Path, data: xr.Dataset) -> None:
+        write_weights(path, self._tensors(), data.attrs)
 
     @classmethod
-    def load(cls, path: str | Path, scene: Scene | None = None) -> Self:
+    def _read(cls, path: str | Path) -> xr.Dataset:
         attributes, arrays = read_weights(path)
-        model = cls._from_attributes(attributes, path, scene)
-        try:
-            model._restore(_dataset(arrays))
-            model.fitted = True
-        except (KeyError, RuntimeError, ValueError) as error:  # torch reports wrong shapes and names as RuntimeError
-            raise SchemaError(f"{path} lacks weights that {cls.name} needs, or holds others ({error}): "
-                              "fit the network again") from error
-        return model
+        return xr.Dataset({name: ([f"{name}_{axis}" for axis in range(array.ndim)], array)
+                           for name, array in arrays.items()}, attrs=attributes)
+
+    def _restored(self, data: xr.Dataset) -> None:
+        self._take_tensors({str(name): variable.values for name, variable in data.items()})
 
     def _file_attributes(self) -> dict[str, Any]:
         history = vars(self.history) if self.history else None
@@ -182,16 +178,16 @@ class Network(Metamodel):
             model.history = History(**attributes["history"])
         return model
 
-    def _state(self) -> xr.Dataset:
-        weights = {WEIGHT + name: tensor.numpy() for name, tensor in self._module.state_dict().items()}
-        return _dataset({**self._file_arrays, **weights})
+    def _tensors(self) -> dict[str, np.ndarray]:
+        """Everything that was learned, as a file holds it."""
+        return {**self._file_arrays,
+                **{WEIGHT + name: tensor.numpy() for name, tensor in self._module.state_dict().items()}}
 
-    def _restore(self, data: xr.Dataset) -> None:
+    def _take_tensors(self, arrays: dict[str, np.ndarray]) -> None:
         import torch
 
-        from rom.metamodels.networks.training import reproducible
+        from rom.metamodels.networks.determinism import reproducible
 
-        arrays = {str(name): variable.values for name, variable in data.items()}
         weights = {name.removeprefix(WEIGHT): torch.from_numpy(array)
                    for name, array in arrays.items() if name.startswith(WEIGHT)}
         self._take_arrays(arrays)
@@ -218,29 +214,10 @@ class Network(Metamodel):
         """An untrained module of the shapes of ``weights``."""
 
 
-def _dataset(arrays: dict[str, np.ndarray]) -> xr.Dataset:
-    """Arrays under their names, each with dimensions of its own."""
-    return xr.Dataset({name: ([f"{name}_{axis}" for axis in range(np.ndim(array))], array)
-                       for name, array in arrays.items()})
-
-
 def largest_power(array: np.ndarray) -> np.ndarray:
     """Powers of two just above the largest magnitude along the last axis, which is kept; 1 where all is zero."""
     largest = np.abs(array).max(axis=-1, keepdims=True)
     return np.ldexp(1.0, np.frexp(np.where(largest > 0, largest, 1.0))[1])
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Torch on one thread for a while: its matrices are small here, and a second thread stalls on a busy machine."""
-    import torch
-
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
 
 
 def as_tensor(array: np.ndarray) -> torch.Tensor:

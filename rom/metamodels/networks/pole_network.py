@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from rom.metamodels.facts import Curve
 from rom.metamodels.networks.separable import SeparableNetwork
-from rom.scenes import Scene
+from rom.scenes import LinearScene, Scene
 
 if TYPE_CHECKING:
     import torch
@@ -37,10 +38,16 @@ class PoleNetwork(SeparableNetwork):
 
     name: ClassVar[str] = "pole-network"
     summary: ClassVar[str] = "static responses, and learned poles over s = omega^2 / (1 + i eta) with learned residues"
+    colour: ClassVar[str] = "#661100"
+    static_reason: ClassVar[str] = "a static answer has no poles"
     static_part: ClassVar[bool] = True
     default_rank: ClassVar[int] = 200
 
-    def __init__(self, scene: Scene, rank: int | None = None, poles: int = 18, powers: int = 2, steps: int = 40,
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"poles": 10, "rank": 40, "steps": 5},))
+
+    def __init__(self, scene: LinearScene, rank: int | None = None, poles: int = 18, powers: int = 2, steps: int = 40,
                  storage: str = "float32", seed: int = 0, precision: str = "float32") -> None:
         super().__init__(scene, rank, steps, storage, seed, precision, poles=poles, powers=powers)
 

@@ -20,12 +20,15 @@ import numpy as np
 import xarray as xr
 
 from rom.datasets.reduced import ReducedField
-from rom.datasets.schema import check_scene
 from rom.datasets.storage import open_netcdf
 from rom.fullorder.blas import blas_threads
+from rom.fullorder.poles import Poles, operating_points
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import WEIGHT, Network, one_thread
+from rom.metamodels.facts import Curve, Needs
+from rom.metamodels.linear import not_harmonic
+from rom.metamodels.networks.network import WEIGHT, Network
 from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
+from rom.metamodels.networks.sizes import LARGE, TRAINED, trained_here
 from rom.metamodels.networks.unit_answers import (
     AnswersInMemory,
     AnswersOnDisk,
@@ -34,9 +37,9 @@ from rom.metamodels.networks.unit_answers import (
     random_validation,
     split_validation,
 )
-from rom.metamodels.pod import NOISE
-from rom.metamodels.validity import TrainedRange
-from rom.scenes import CaseArrays, HarmonicPointForce, Scene
+from rom.metamodels.pod_space import NOISE
+from rom.metamodels.trained import TrainedRange
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 if TYPE_CHECKING:
     import torch
@@ -67,11 +70,30 @@ class SeparableNetwork(Network):
 
     """
 
-    scenes: ClassVar[tuple[str, ...]] = (HarmonicPointForce.name,)
     static_part: ClassVar[bool]
     default_rank: ClassVar[int]
+    static_reason: ClassVar[str]
+    """Why it does not apply in statics."""
 
-    def __init__(self, scene: Scene, rank: int | None, steps: int, storage: str, seed: int, precision: str,
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        reason = not_harmonic(scene, cls.static_reason) or scene.not_spatial()  # type: ignore[attr-defined]
+        if reason is None and scene.max_forces > 1:  # type: ignore[attr-defined]
+            reason = "is the published network, or stands beside it, for one force at a time"
+        return reason
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        if not trained_here(cls.name, scene):
+            return Curve()
+        sizes = ({TRAINED: "small"}, {TRAINED: "medium"}, LARGE, {**LARGE, "precision": "float64"}, {})
+        return Curve(sizes, headline=sizes.index(LARGE))
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=cls.static_part, responses=cls.static_part, network=True)
+
+    def __init__(self, scene: LinearScene, rank: int | None, steps: int, storage: str, seed: int, precision: str,
                  **settings: Any) -> None:
         super().__init__(scene, seed, precision, rank=rank, steps=steps, storage=storage, **settings)
 
@@ -103,9 +125,9 @@ class SeparableNetwork(Network):
         """
         start = time.perf_counter()
         with open_netcdf(path) as data:
-            check_scene(data, self.scene, str(path))
+            self.scene.check_origin(data, str(path))
         field, cases = ReducedField(path), np.asarray(cases)
-        self.trained = TrainedRange.of(field.arrays(cases))
+        self.trained = TrainedRange.of(self.scene, field.arrays(cases))
         self.borrowed_seconds = 0.0
         self._solve_known()
         self._learn(AnswersOnDisk(self.scene, field, cases, self._known_shapes, self.settings["seed"]))
@@ -124,7 +146,7 @@ class SeparableNetwork(Network):
         return np.concatenate([self._modes, self._static])
 
     def _learn(self, answers: UnitAnswers) -> None:
-        from rom.metamodels.networks.training import reproducible
+        from rom.metamodels.networks.determinism import reproducible
 
         self._known = self._static @ answers.vectors, self._modes @ answers.vectors
         validation = split_validation(answers, self.settings["seed"])
@@ -153,8 +175,8 @@ class SeparableNetwork(Network):
 
     def _modal_terms(self, point: np.ndarray) -> np.ndarray:
         """(n, m) ndarray: s / (lambda_k (lambda_k - s)), what a mode of unit participation adds to its static share."""
-        s = ((2.0 * np.pi * point[:, 0]) ** 2 / (1.0 + 1j * point[:, 1]))[:, None]
-        return s / (self._eigenvalue * (self._eigenvalue - s))
+        stiffness, inertia = operating_points(*point.T)  # s is their ratio
+        return Poles.of_modes(self._eigenvalue).at(inertia / self._eigenvalue, stiffness, inertia)
 
     def _train_trunk(self, trunk: Any, answers: UnitAnswers) -> None:
         from rom.metamodels.networks.sketch import make_sketch
@@ -182,11 +204,13 @@ class SeparableNetwork(Network):
         """(n, q) ndarray, complex."""
         import torch
 
+        from rom.metamodels.networks.determinism import one_thread
+
         with one_thread(), torch.no_grad():
             return trunk(torch.from_numpy(np.ascontiguousarray(points))).numpy()
 
     def _features(self, scale: float) -> np.ndarray:
-        """(n_pad, h) ndarray: Fourier features of position and normal at every pad node."""
+        """(n_load, h) ndarray: Fourier features of position and normal at every pad node."""
         rng = np.random.default_rng([self.settings["seed"], 34])
         phase = self._places() @ (rng.standard_normal((6, FEATURES)) * ([[scale]] * 3 + [[0.25 * scale]] * 3))
         return np.concatenate([np.cos(phase), np.sin(phase)], axis=1) / np.sqrt(FEATURES)
@@ -248,8 +272,8 @@ class SeparableNetwork(Network):
             out.imag[i] += own[i, j].imag * row
         return out
 
-    def best_approximation(self, values: np.ndarray) -> np.ndarray | None:
-        return None if self.static_part else super().best_approximation(values)  # each load has a static response
+    def best_approximation(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray | None:
+        return None if self.static_part else super().best_approximation(cases, values)  # each load has a static response
 
     # ---- what is kept ---------------------------------------------------------------------------------------
 
@@ -262,15 +286,15 @@ class SeparableNetwork(Network):
         return asked or min(self.default_rank, most)
 
     def _solve_known(self) -> None:
-        """Natural modes (m, n_free) and static responses (n_pad, n_free) [m N^-1] that need no learning, or none."""
-        self._eigenvalue, self._participation = np.empty(0), np.empty((self.scene.n_pad, 0))
+        """Natural modes (m, n_free) and static responses (n_load, n_free) [m N^-1] that need no learning, or none."""
+        self._eigenvalue, self._participation = np.empty(0), np.empty((self.scene.n_loads, 0))
         self._modes, self._static = np.empty((0, self.scene.n_free)), self._static_rows()
 
     def _static_rows(self) -> np.ndarray:
-        """(n_pad, n_free) ndarray [m N^-1], or no row where the class knows none."""
+        """(n_load, n_free) ndarray [m N^-1], or no row where the class knows none."""
         if not self.static_part:
             return np.empty((0, self.scene.n_free))
-        return self.scene.full_order.solve_static(self.scene.unit_loads).T
+        return self.scene.model.solve_static(self.scene.unit_loads).T
 
     def _take(self, trunk: torch.nn.Module, mix: np.ndarray, heads: np.ndarray, rows: np.ndarray) -> None:
         """Round what is learned as the file will hold it, and keep it for answering."""
@@ -285,7 +309,7 @@ class SeparableNetwork(Network):
     def _hold(self, arrays: dict[str, np.ndarray], static: np.ndarray) -> None:
         self._file_arrays = {name: array for name, array in arrays.items() if not name.startswith(WEIGHT)}
         rows = np.concatenate([arrays["basis"] * arrays["basis_size"], static])
-        self._basis = Basis(rows, self.scene.pad_rows, self.settings["precision"])
+        self._basis = Basis(rows, self.scene.part_rows, self.settings["precision"])
         self._heads = (arrays["heads"] * arrays["heads_size"]).astype(np.float32)
         self._mix, self._n_field = arrays["mix"], arrays["heads"].shape[2]
         self._eigenvalue, self._participation = arrays["eigenvalue"], arrays["participation"]

@@ -8,8 +8,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,9 +16,8 @@ from typing import Any, NamedTuple
 import torch
 from torch import Tensor, nn
 
+from rom.datasets.tensors import read_tensors, write_tensors
 from rom.errors import SchemaError
-from rom.metamodels.networks.files import read_tensors, write_tensors
-from rom.metamodels.networks.network import one_thread
 
 log = logging.getLogger(__name__)
 
@@ -54,14 +52,6 @@ class Checkpoint(NamedTuple):
 
     path: Path
     recipe: str
-
-
-@contextmanager
-def reproducible(seed: int) -> Iterator[torch.Generator]:
-    """Seed torch and fix its threads for a while; yield a generator of the same seed; put everything back."""
-    with one_thread(), torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
-        yield torch.Generator().manual_seed(seed)
 
 
 def train(module: nn.Module, errors: Errors, validation_errors: Callable[[], Tensor], count: int, *, steps: int,

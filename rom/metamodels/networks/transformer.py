@@ -17,9 +17,12 @@ import xarray as xr
 
 from rom.datasets.splits import carve_validation
 from rom.metamodels.basis import Basis, combine
-from rom.metamodels.networks.network import Network, as_tensor, one_thread
+from rom.metamodels.facts import Curve
+from rom.metamodels.linear import not_linear
+from rom.metamodels.networks.network import Network, as_tensor
+from rom.metamodels.networks.sizes import LARGE, trained_here
 from rom.metamodels.pod import pod_of
-from rom.scenes import CaseArrays, Scene, StaticPointForces
+from rom.scenes import CaseArrays, LinearScene, Scene
 
 if TYPE_CHECKING:
     import torch
@@ -54,9 +57,28 @@ class Transformer(Network):
 
     name: ClassVar[str] = "transformer"
     summary: ClassVar[str] = "a small transformer: forces as tokens that attend to the pad, answers added"
-    scenes: ClassVar[tuple[str, ...]] = (StaticPointForces.name,)
+    colour: ClassVar[str] = "#E69F00"
 
-    def __init__(self, scene: Scene, rank: int | None = None, width: int = 64, depth: int = 1, heads: int = 4,
+    @classmethod
+    def why_not(cls, scene: Scene) -> str | None:
+        if not_linear(scene):
+            return "is the published network for several static forces on a linear body"
+        return ("is the published network for several static forces; one force needs no attention"
+                if scene.harmonic else scene.not_spatial())  # type: ignore[attr-defined]
+
+    @classmethod
+    def curve(cls, scene: Scene) -> Curve:
+        # smaller ones learn as well from the comparison's own snapshots, in seconds: weights are kept of one size
+        own: tuple[dict[str, Any], ...] = ({"width": 32, "heads": 2}, {"width": 48}, {})
+        if not trained_here(cls.name, scene):
+            return Curve(own)
+        return Curve((*own, LARGE, {**LARGE, "precision": "float64"}), headline=3)
+
+    @classmethod
+    def quick_curve(cls, scene: Scene) -> Curve:
+        return Curve(({"width": 32, "steps": 300},))
+
+    def __init__(self, scene: LinearScene, rank: int | None = None, width: int = 64, depth: int = 1, heads: int = 4,
                  steps: int = 600, learning_rate: float = 0.02, storage: str = "float32", seed: int = 0,
                  precision: str = "float32") -> None:
         super().__init__(scene, seed, precision, rank=rank, width=width, depth=depth, heads=heads, steps=steps,
@@ -65,7 +87,7 @@ class Transformer(Network):
             raise ValueError(f"width={width} does not fit heads={heads}: give a multiple of {2 * heads}")
 
     def _fit(self, train: xr.Dataset) -> None:
-        from rom.metamodels.networks.training import reproducible
+        from rom.metamodels.networks.determinism import reproducible
 
         space, self.borrowed_seconds = pod_of(self.scene, train)
         vectors = space.truncated(self.settings["rank"] or space.vectors.shape[1])
@@ -113,6 +135,8 @@ class Transformer(Network):
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         import torch
 
+        from rom.metamodels.networks.determinism import one_thread
+
         # a force may come often in a block, and answers for one node are alike: each is asked once
         node, inverse = np.unique(cases.node, return_inverse=True)
         with one_thread(), torch.inference_mode():
@@ -124,7 +148,7 @@ class Transformer(Network):
 
     def _take_arrays(self, arrays: dict[str, np.ndarray]) -> None:
         self._file_arrays = {name: arrays[name] for name in ("basis", "basis_size")}
-        self._basis = Basis(arrays["basis"] * arrays["basis_size"], self.scene.pad_rows, self.settings["precision"])
+        self._basis = Basis(arrays["basis"] * arrays["basis_size"], self.scene.part_rows, self.settings["precision"])
 
     def _module_of(self, pad: torch.Tensor, scale: torch.Tensor) -> Any:
         from rom.metamodels.networks.modules import PadAttention

@@ -16,8 +16,9 @@ import numpy as np
 import xarray as xr
 
 from rom.datasets.reduced import ReducedField
-from rom.metamodels.pod import PodSpace, pod, pod_of
-from rom.scenes import Scene
+from rom.metamodels.pod import pod_of
+from rom.metamodels.pod_space import PodSpace, pod
+from rom.scenes import LinearScene
 
 POD_CASES = 1200
 """Cases of a set on disk, spread over the nodes, from which its POD basis is made."""
@@ -72,16 +73,16 @@ class UnitAnswers(ABC):
     count: int
     seconds: float = 0.0
 
-    def __init__(self, scene: Scene, node: np.ndarray) -> None:
+    def __init__(self, scene: LinearScene, node: np.ndarray) -> None:
         order = np.argsort(node, kind="stable")
-        edges = np.searchsorted(node[order], np.arange(scene.n_pad + 1))
+        edges = np.searchsorted(node[order], np.arange(scene.n_loads + 1))
         self._positions = [order[a:b] for a, b in pairwise(edges)]
         self.count = len(node)
         self.digest = ""
 
     @property
     def cases_by_node(self) -> np.ndarray:
-        """(n_pad,) ndarray of int: number of cases of each pad node."""
+        """(n_load,) ndarray of int: number of cases of each pad node."""
         return np.array([len(position) for position in self._positions])
 
     @abstractmethod
@@ -94,15 +95,15 @@ class AnswersInMemory(UnitAnswers):
 
     Parameters
     ----------
-    scene : Scene
+    scene : LinearScene
         With one force a case.
     train : xr.Dataset
     shapes : (m, n_free) ndarray
         What the basis has to hold beside the POD modes.
     """
 
-    def __init__(self, scene: Scene, train: xr.Dataset, shapes: np.ndarray) -> None:
-        arrays, values = scene.case_arrays(train), scene.values(train)
+    def __init__(self, scene: LinearScene, train: xr.Dataset, shapes: np.ndarray) -> None:
+        arrays, values = scene.read(train), scene.values(train)
         moving = np.flatnonzero((np.linalg.norm(values, axis=1) > 0) & (arrays.force[:, 0] != 0))
         if len(moving) < 2:
             raise ValueError(f"{len(moving)} training case is too few for a network: give at least two that move")
@@ -124,7 +125,7 @@ class AnswersOnDisk(UnitAnswers):
 
     Parameters
     ----------
-    scene : Scene
+    scene : LinearScene
     field : ReducedField
     cases : (n,) ndarray of int
         Positions of the training cases in the dataset; nothing else of it is read.
@@ -134,13 +135,13 @@ class AnswersOnDisk(UnitAnswers):
         Draws the cases of the POD basis.
     """
 
-    def __init__(self, scene: Scene, field: ReducedField, cases: np.ndarray, shapes: np.ndarray, seed: int = 0
+    def __init__(self, scene: LinearScene, field: ReducedField, cases: np.ndarray, shapes: np.ndarray, seed: int = 0
                  ) -> None:
         super().__init__(scene, field.load[cases])
         self._field, self._cases = field, cases
         self.digest = hashlib.sha256(np.ascontiguousarray(cases, dtype=np.int64).tobytes()).hexdigest()
         rng = np.random.default_rng([seed, 31])
-        each = -(-POD_CASES // scene.n_pad)
+        each = -(-POD_CASES // scene.n_loads)
         chosen = np.concatenate([cases[rng.permutation(position)[:each]] for position in self._positions])
         space: PodSpace = pod(field.fields(np.sort(chosen)))
         self.vectors = widened(space.vectors[:, :POD_RANK], shapes)

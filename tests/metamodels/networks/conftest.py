@@ -40,8 +40,8 @@ def every_node_at_random_points(scene: Scene) -> CaseArrays:
     """Every pad node at :data:`N_POINT` points of the published grid, shuffled."""
     rng = np.random.default_rng(9)
     frequency, loss_factor = rng.choice(300, N_POINT, replace=False) + 1.0, rng.choice(9, N_POINT) * 0.05 + 0.1
-    order = rng.permutation(N_POINT * scene.n_pad)
-    node, point = np.arange(scene.n_pad)[order % scene.n_pad], order // scene.n_pad
+    order = rng.permutation(N_POINT * scene.n_loads)
+    node, point = np.arange(scene.n_loads)[order % scene.n_loads], order // scene.n_loads
     return CaseArrays(node[:, None], rng.uniform(0.01, 0.1, (len(order), 1)), frequency[point], loss_factor[point])
 
 
@@ -55,11 +55,11 @@ def snapshots_of(scene_of, data_of):
         if scene.name not in known:
             if scene.harmonic:
                 arrays = every_node_at_random_points(scene)
-                values = solve_cases(scene, arrays)[0]
+                values = scene.solve(arrays)[0]["displacement"]
                 data = scene.label(scene.cases_from(arrays), values).assign_attrs(dataset_attributes(scene))
             else:
                 data = data_of[scene.name].isel(case=slice(120))
-                arrays, values = scene.case_arrays(data), scene.values(data)
+                arrays, values = scene.read(data), scene.values(data)
             n_train = len(arrays) * 5 // 6
             known[scene.name] = Snapshots(scene, arrays, values, data.isel(case=slice(n_train)), n_train)
         return known[scene.name]

@@ -31,7 +31,7 @@ def close(a, b, size=None):
 
 def test_importing_the_networks_loads_no_torch():
     code = ("import sys, rom.metamodels.networks.mlp, rom.metamodels.networks.transformer, "
-            "rom.metamodels.networks.files; sys.exit('torch' in sys.modules)")
+            "rom.datasets.tensors; sys.exit('torch' in sys.modules)")
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
@@ -77,14 +77,14 @@ def test_batch_equals_loop_and_pad_is_part_of_field(fitted):
     loop = np.concatenate([model.evaluate(arrays.take(slice(i, i + 1)), "field") for i in range(len(batch))])
     assert batch.dtype == (np.complex64 if snapshots.scene.harmonic else np.float32)
     assert close(loop, batch)
-    assert close(model.evaluate(arrays, "pad"), batch[:, snapshots.scene.pad_rows])
+    assert close(model.evaluate(arrays, "pad"), batch[:, snapshots.scene.part_rows])
 
 
 def test_forces_add_in_any_order_and_number(fitted):
     snapshots, model = fitted
     rng = np.random.default_rng(0)
     for number in range(1, 6):
-        node = np.stack([rng.permutation(snapshots.scene.n_pad)[:number] for _ in range(4)])
+        node = np.stack([rng.permutation(snapshots.scene.n_loads)[:number] for _ in range(4)])
         force = rng.uniform(-1.0, 1.0, node.shape)
         point = (np.full(4, 180.0), np.full(4, 0.2)) if snapshots.scene.harmonic else (None, None)
         together = model.evaluate(CaseArrays(node, force, *point))

@@ -34,7 +34,7 @@ def test_stored_and_labelled_cases_teach_the_same(tiny_harmonic, stored):
     with open_dataset(path, chunks=None) as data:
         some = data.isel(case=cases[::5]).load()
         other = data.isel(case=np.setdiff1d(np.arange(0, data.sizes["case"], 97), cases)).load()
-    error = np.linalg.norm(whole.evaluate(tiny_harmonic.case_arrays(other)) - tiny_harmonic.values(other), axis=1)
+    error = np.linalg.norm(whole.evaluate(tiny_harmonic.read(other)) - tiny_harmonic.values(other), axis=1)
     assert (error / np.linalg.norm(tiny_harmonic.values(other), axis=1)).max() < 0.05
     labelled = create("pole-network", tiny_harmonic, **POLES).fit(some)
     stored_too = create("pole-network", tiny_harmonic, **POLES).fit_stored(path, cases[::5])

@@ -1,0 +1,1 @@
+"""What experiments compute beyond the package: fits, convergence, participation, reduced models for studies."""
