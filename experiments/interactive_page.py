@@ -108,12 +108,15 @@ def _slider_to_picture(page: Any) -> np.ndarray:
     """Seconds of each step of the frequency slider, measured in the page, the slow motion running."""
     page.wait_for_timeout(2000)  # the first frames choose their resolution
     page.focus("#frequency")
-    page.evaluate("() => performance.clearMeasures()")
+    page.evaluate("""() => {
+        window.moves = [];
+        const take = list => window.moves.push(...list.getEntriesByName("slider-to-picture").map(one => one.duration));
+        new PerformanceObserver(take).observe({type: "measure"}); }""")
     for i in range(MOVES):
         page.keyboard.press("ArrowRight" if i < MOVES // 2 else "ArrowLeft")
         page.wait_for_timeout(PAUSE_MS)
     page.wait_for_timeout(500)
-    found = page.evaluate("() => performance.getEntriesByName('slider-to-picture').map(one => one.duration)")
+    found = page.evaluate("() => window.moves")
     values = np.full(MOVES, np.nan)  # a step that was overtaken by the next has no picture of its own
     values[:len(found)] = np.array(found) / 1e3
     return values
