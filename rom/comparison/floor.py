@@ -24,7 +24,7 @@ def mesh_floor(scene: Scene, tests: Tests) -> dict[str, tuple]:
     if applicable(scene)["coarse-fem"] is not None:
         return {}
     kind = metamodel_class("coarse-fem", scene)
-    rows = np.flatnonzero(tests.tested[SPLITS[0]])
+    rows = np.arange(len(tests.number)) if scene.extent.floor_on_all else np.flatnonzero(tests.tested[SPLITS[0]])
     truth = take(tests.values, rows)
     judged = truth[scene.quantity] if isinstance(truth, dict) else truth
     whole = np.isfinite(judged).reshape(len(rows), -1).all(axis=1)

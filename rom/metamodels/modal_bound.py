@@ -1,7 +1,7 @@
 """How the modal methods bound their own error, without a solve: theorems 2 and 4 of :mod:`rom.metamodels.bounds`.
 
-With the stored participations p = sum F_j p_j, the answer u_hat = X q + sum_j V_j y_j, q_k = p_k / z_k, z_k = c theta_k - w,
-leaves the residual
+With the stored participations p = sum F_j p_j, the answer u_hat = X q + sum_j V_j y_j, q_k = p_k / z_k, z_k = c
+theta_k - w, leaves the residual
 
     r = sum_j F_j f'_j - c D q + M X (p - Z q),                           f'_j = b_j - M X p_j   (`modal`)
 
@@ -11,11 +11,11 @@ M v_ji = theta_ji K v_ji + share_ji K n_j + h_ji with measured defects h and a n
     r = w sum_j (share_j . y_j) K n_j + w sum_ji y_ji h_ji + sum_j F_j h_j0 - c D q + M X (p - Z q)
         + K sum_ji v_ji (first_ji F_j - (c - w theta_ji) y_ji).
 
-The first sum counts, once for all pairs of loads, as an energy of the vectors n_j; the rest is small: defects, and the
-rounding of the coordinates, at most 13 u of each numerator and of each term of its pole. A vector h is as small along the
-modes as it is, ``|Theta^-1/2 X^T h|_2 <= sqrt(1 + kappa_K) ||h||*``; of n_j this part is measured. The load may be summed
-in double precision: q forces leave ``(q + 3) u sum |F_j| (||b_j||* + sum_k |p_jk| ||M x_k||*)`` in all. What finite precision
-makes of the stored shapes and of the sum comes last (theorem 5).
+The first sum counts, once for all pairs of loads, as an energy of the vectors n_j; the rest is small: defects, and
+the rounding of the coordinates, at most 13 u of each numerator and of each term of its pole. A vector h is as small
+along the modes as it is, ``|Theta^-1/2 X^T h|_2 <= sqrt(1 + kappa_K) ||h||*``; of n_j this part is measured. The load
+may be summed in double precision: q forces leave ``(q + 3) u sum |F_j| (||b_j||* + sum_k |p_jk| ||M x_k||*)`` in all.
+What finite precision makes of the stored shapes and of the sum comes last (theorem 5).
 """
 
 from __future__ import annotations
@@ -27,13 +27,11 @@ import numpy as np
 
 from rom.fullorder import Modes
 from rom.fullorder.energy_norm import SUMS, UNIT, EnergyNorm, block_product, gamma
-from rom.fullorder.poles import operating_points
 from rom.metamodels.bounds import rounding_size, split_error, underflow
 from rom.metamodels.energy_form import EnergyForm, merged
 from rom.metamodels.mode_split import STEPS, ModeSplit
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays
-
 
 UNIT_SINGLE = 2.0 ** -24 * (1.0 + 2.0 ** -20)
 """Unit roundoff of single precision, of a number that was itself rounded to double."""
@@ -72,6 +70,11 @@ class OwnDefects:
     single: np.ndarray
     leak: np.ndarray
     next: EnergyForm
+
+    @cached_property
+    def of_vectors(self) -> np.ndarray:
+        """(n_load, p, 3) ndarray: what a unit of each coordinate adds times c, times omega^2, and its rounding size."""
+        return np.stack([STEPS * UNIT * self.norm, self.defect, self.size], axis=2)
 
 
 class ModalBound:
@@ -179,15 +182,17 @@ class ModalBound:
         own.next = EnergyForm.of(energy, following)
         return own
 
-    def bounds(self, cases: CaseArrays, coordinates: np.ndarray, own: OwnDefects | None = None,
-               own_coordinates: np.ndarray | None = None, share: np.ndarray | None = None
-               ) -> tuple[np.ndarray, np.ndarray]:
+    def bounds(self, cases: CaseArrays, stiffness: np.ndarray, inertia: np.ndarray, coordinates: np.ndarray,
+               own: OwnDefects | None = None, own_coordinates: np.ndarray | None = None,
+               share: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Bound of the error, and least energy norm of the true answer.
 
         Parameters
         ----------
         cases : CaseArrays
             Their nodes are places among the loads that were measured.
+        stiffness, inertia : (n_case, 1) ndarray
+            c and w.
         coordinates : (n_case, m) ndarray, complex
             q.
         own : OwnDefects, optional
@@ -200,23 +205,24 @@ class ModalBound:
         bound, least : (n_case,) ndarray [J^1/2]
         """
         split, node = self.split, cases.node
-        theta, norm, deviation = split.eigenvalue, split.norm, np.sqrt(1.0 + split.stiff_deviation)
-        stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
-        c, w, force = np.abs(stiffness[:, 0]), inertia[:, 0], np.abs(cases.force)
+        deviation, force = np.sqrt(1.0 + split.stiff_deviation), np.abs(cases.force)
+        c, w = np.abs(stiffness[:, 0]), inertia[:, 0]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             modal = np.abs(coordinates)
             beyond, each, coupling, off = split.amplifications(stiffness, inertia)
             kept = each.max(axis=1)
-            rounded = STEPS * UNIT * (c * (modal @ (theta * norm)) + w * (modal @ norm))
+            with_c, with_w, defect, stored = (modal @ self._of_modes).T
+            rounded = c * with_c + w * with_w
+            load, of_modes, missed = np.einsum("cf,cfk->kc", force, self._of_loads[node])
             summed = (node.shape[1] + 3) * UNIT
-            load, of_modes, missed = (np.einsum("cf,cfk->kc", force, self._of_loads[node]) * [[summed], [summed], [1.0]])
+            load, of_modes = summed * load, summed * of_modes
             missed = missed + load
-            small = c * (modal @ split.defect) + rounded + of_modes + missed
+            small = c * defect + rounded + of_modes + missed
             number = merged(node, cases.force)
             rest_leak = np.einsum("cf,cf->c", np.abs(number), self.rest_leak[node])
             rest_least, rest_most = self.rest.norms(node, number)
-            terms, sizes, stored = modal.shape[1] + 2, self.size.sum(), modal @ self.size
-            single = _forms(self.single, coordinates)
+            terms, sizes = modal.shape[1] + 2, self.size.sum()
+            single = _forms(self.single, coordinates) if self.single.size else 0.0
             if own is None or own_coordinates is None or share is None:
                 main, leak = rest_most, rest_leak
             else:
@@ -224,18 +230,20 @@ class ModalBound:
                 shares = merged(node, np.einsum("cfp,cfp->cf", share[node], own_coordinates))
                 main = w * own.next.norms(node, shares)[1]
                 leak = w * np.einsum("cf,cf->c", np.abs(shares), own.leak[node])
-                small += STEPS * UNIT * c * np.einsum("cfp,cfp->c", y, own.norm[node])
-                small += w * np.einsum("cfp,cfp->c", y, own.defect[node])
+                with_c, with_w, size = np.einsum("cfp,cfpk->kc", y, own.of_vectors[node])
+                small += c * with_c + w * with_w
+                stored = stored + size
                 terms += y.shape[1] * (y.shape[2] + 1)
-                stored = stored + np.einsum("cfp,cfp->c", y, own.size[node])
-                sizes = sizes + own.size[node].sum(axis=(1, 2))
-                single = single + sum(_forms(own.single[node[:, j]], own_coordinates[:, j]) for j in range(y.shape[1]))
+                if self.single.size:
+                    sizes = sizes + own.size[node].sum(axis=(1, 2))
+                    for j in range(y.shape[1]):
+                        single = single + _forms(own.single[node[:, j]], own_coordinates[:, j])
             outside, inside = split_error(beyond, kept, coupling, off, main + small, leak + deviation * small)
             bound = np.hypot(deviation * inside, outside) + gamma(terms) * stored
             if self.single.size:
                 bound += single + underflow(sizes, self.grain)
             # theorem 4
-            answer = np.sqrt((modal * modal) @ theta)
+            answer = np.sqrt((modal * modal) @ split.eigenvalue)
             along = rest_leak + rounded + of_modes + deviation * load
             tilted = (modal / each) @ split.defect
             most_outside, most_inside = split_error(beyond, kept, coupling, off, rest_most + missed + tilted,
@@ -252,11 +260,17 @@ class ModalBound:
     def _of_loads(self) -> np.ndarray:
         return np.stack([self.load_size, self.modal_size, self.rest_defect], axis=1)
 
+    @cached_property
+    def _of_modes(self) -> np.ndarray:
+        split = self.split
+        rounding = STEPS * UNIT * split.norm
+        return np.stack([split.eigenvalue * rounding, rounding, split.defect, self.size], axis=1)
+
 
 def single_forms(energy: EnergyNorm, stored: np.ndarray, exact: np.ndarray) -> np.ndarray:
     """(2, k, k) ndarray: squares of what single precision costs a sum of fields (k, n), as forms of its coordinates.
 
-    The first is the energy of what storage lost of the fields; the second that of the sum's last rounding, by theorem 5.
+    The first is the energy of what storage lost of the fields, the second that of the sum's last rounding (theorem 5).
     Empty where fields are stored in double precision.
     """
     k = len(exact)
@@ -274,5 +288,5 @@ def single_forms(energy: EnergyNorm, stored: np.ndarray, exact: np.ndarray) -> n
 
 def _forms(forms: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
     """(n_case,) ndarray: sum of the roots of the forms (..., i, k, k) of coordinates (n_case, k)."""
-    square = np.einsum("ck,...ikl,cl->ci", coordinates.conj(), forms, coordinates, optimize=True).real
+    square = (coordinates.conj()[:, None, None] @ (forms @ coordinates[:, None, :, None])).real[:, :, 0, 0]
     return np.sqrt(np.maximum(square, 0.0)).sum(axis=1)

@@ -75,6 +75,7 @@ class ModalMethod(Metamodel):
     share: np.ndarray
     """(n_load, p) ndarray: of the vectors, see :mod:`rom.metamodels.modal_bound`."""
     own_defects: OwnDefects | None = None
+    _judged: tuple[CaseArrays, tuple[np.ndarray, np.ndarray]] | None = None
 
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
@@ -138,8 +139,8 @@ class ModalMethod(Metamodel):
     def _make(self, measured: MeasuredModes) -> None:
         modes, model, loads = measured.modes, self.scene.model, self.known.columns
         if model.loss_stiffness is not None:
-            raise ValueError(f"{self.name} cannot answer a body with a loss stiffness beside its loss factor: its modes do "
-                             "not take the equation apart; use direct, or one loss factor for the whole body")
+            raise ValueError(f"{self.name} cannot answer a body with a loss stiffness beside its loss factor: modes "
+                             "do not take the equation apart; use direct, or one loss factor for the whole body")
         kind, rows = self.settings["precision"], self.scene.part_rows
         self.eigenvalue, self.participation = modes.eigenvalue, loads.T @ modes.shape
         self.shapes = Basis(modes.shape.T, rows, kind)
@@ -155,7 +156,8 @@ class ModalMethod(Metamodel):
         else:
             rest = model.solve_static(loads).T - (self.participation / modes.eigenvalue) @ modes.shape.T
         energy = residual_bound(self.scene).energy
-        self.certificate = ModalBound.of(energy, measured.split, modes, self.shapes.field, loads, self.participation, rest)
+        self.certificate = ModalBound.of(energy, measured.split, modes, self.shapes.field, loads, self.participation,
+                                         rest)
         if self.n_vectors:
             self.own_defects = self.certificate.measure_own(
                 energy, modes, self.own_shapes.field, found.vectors, self.first, self.theta, self.share, following)
@@ -169,24 +171,26 @@ class ModalMethod(Metamodel):
 
     def coordinates(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, m) ndarray, complex: modal coordinates phi_k^T f / (lambda_k (1 + i eta) - omega^2)."""
-        return self._coordinates(self.known.placed(cases))
+        return self._coordinates(self.known.placed(cases), *operating_points(cases.frequency, cases.loss_factor))
 
-    def _coordinates(self, cases: CaseArrays) -> np.ndarray:
-        return Poles.of_modes(self.eigenvalue).at(self._force_sum(cases), *operating_points(
-            cases.frequency, cases.loss_factor))
+    def _coordinates(self, cases: CaseArrays, stiffness: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+        return Poles.of_modes(self.eigenvalue).at(self._force_sum(cases), stiffness, inertia)
 
     def own_coordinates(self, place: Any, force: Any, stiffness: Any, inertia: Any) -> np.ndarray:
         """(n_case, p) ndarray, complex: coordinates of one force's own vectors; ``place`` among the known loads."""
-        return Poles.of_vectors(self.theta[place]).at(self.first[place] * np.asarray(force)[..., None], stiffness, inertia)
+        numerator = self.first[place] * np.asarray(force)[..., None]
+        return Poles.of_vectors(self.theta[place]).at(numerator, stiffness, inertia)
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         from rom.metamodels.field_sums import sum_of_many, sum_of_one
 
         cases, shapes = self.known.placed(cases), self.shapes.rows(outputs)
-        modal = self._coordinates(cases)
-        own = self.own_shapes.rows(outputs) if self.n_vectors else np.empty((0, 0, shapes.shape[1]), shapes.dtype)
+        point = operating_points(cases.frequency, cases.loss_factor)
+        modal = self._coordinates(cases, *point)
+        own, of_forces = np.empty((0, 0, shapes.shape[1]), shapes.dtype), np.empty((*cases.node.shape, 0), complex)
+        if self.n_vectors:
+            own, of_forces = self.own_shapes.rows(outputs), self._own_of_forces(cases, *point)
         out = room(out, len(cases), shapes.shape[1], np.result_type(shapes.dtype, np.complex64))
-        of_forces = self._own_of_forces(cases) if self.n_vectors else np.empty((*cases.node.shape, 0), dtype=complex)
         if len(cases) == 1 or (self.n_vectors and cases.node.shape[1] > 1):
             node = cases.node if self.n_vectors else cases.node[:, :0]
             for i in range(len(cases)):
@@ -205,27 +209,27 @@ class ModalMethod(Metamodel):
 
     def energy_norm(self, cases: CaseArrays) -> np.ndarray:
         """(n_case,) ndarray: ``sqrt(u^H K u)`` of the answer, exact for one force, an upper bound for several."""
-        cases = self.known.placed(cases)
-        modal = np.sqrt((np.abs(self._coordinates(cases)) ** 2) @ self.eigenvalue)
+        cases, point = self.known.placed(cases), operating_points(cases.frequency, cases.loss_factor)
+        modal = np.sqrt((np.abs(self._coordinates(cases, *point)) ** 2) @ self.eigenvalue)
         if not self.n_vectors:
             return modal
-        return np.hypot(modal, np.linalg.norm(np.abs(self._own_of_forces(cases)), axis=2).sum(axis=1))
+        return np.hypot(modal, np.linalg.norm(np.abs(self._own_of_forces(cases, *point)), axis=2).sum(axis=1))
 
-    def _own_of_forces(self, cases: CaseArrays) -> np.ndarray:
+    def _own_of_forces(self, cases: CaseArrays, stiffness: np.ndarray, inertia: np.ndarray) -> np.ndarray:
         """(n_case, n_force, p) ndarray, complex: coordinates of every force's own vectors."""
-        stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
         return self.own_coordinates(cases.node, cases.force, stiffness[:, None], inertia[:, None])
 
     # ---- the certificate ------------------------------------------------------------------------------------
 
     def _bounds(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
         """Bound of the error, and least energy norm of the true answer, both (n_case,) [J^1/2]."""
-        cases = self.known.placed(cases)
+        cases, point = self.known.placed(cases), operating_points(cases.frequency, cases.loss_factor)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            modal = self._coordinates(cases)
+            modal = self._coordinates(cases, *point)
             if not self.n_vectors:
-                return self.certificate.bounds(cases, modal)
-            return self.certificate.bounds(cases, modal, self.own_defects, self._own_of_forces(cases), self.share)
+                return self.certificate.bounds(cases, *point, modal)
+            return self.certificate.bounds(cases, *point, modal, self.own_defects, self._own_of_forces(cases, *point),
+                                           self.share)
 
     def error_bound(self, cases: CaseArrays) -> np.ndarray:
         """Proven bound of the energy norm of the error.
@@ -246,7 +250,8 @@ class ModalMethod(Metamodel):
         return relative(*self._bounds(cases))
 
     def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
-        bound, least = self._bounds(cases)
+        judged, self._judged = self._judged, None
+        bound, least = judged[1] if judged is not None and judged[0] is cases else self._bounds(cases)
         return {
             "energy_error_bound": (("case",), bound, {
                 "long_name": "proven bound of sqrt(e^H K e)", "units": "J0.5"}),
@@ -262,7 +267,8 @@ class ModalMethod(Metamodel):
                                       "undamped and within a millionth of a resonance", ""))
 
     def quick_assessment(self, cases: CaseArrays) -> Assessment:
-        return Assessment(self.relative_bound(cases), "bound", self.reasons(cases)).with_large_errors_named()
+        self._judged = cases, self._bounds(cases)  # which `predict` asks for once more
+        return Assessment(relative(*self._judged[1]), "bound", self.reasons(cases)).with_large_errors_named()
 
     def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
         return self.quick_assessment(cases)

@@ -261,7 +261,7 @@ class Scene(ABC):
         return [np.array([i]) for i in range(len(cases))]
 
     def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
-        """(k,) ndarray of bool: one in ``every`` of a dataset's cases at ``rows``, kept with those it is solved with."""
+        """(k,) ndarray of bool: one in ``every`` of a dataset's cases at ``rows``, kept with what it is solved with."""
         return np.arange(len(rows)) % every == 0
 
     def same_on_any_mesh(self, cases: Any) -> np.ndarray:
