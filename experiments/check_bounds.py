@@ -1,9 +1,9 @@
 """Is any bound broken? Small random models, every method that bounds its error, truth in ball arithmetic.
 
 The truth of each case is the solution of its exact equation in python-flint's balls, which enclose every rounding of
-their own; both for the load as the exact sum of its forces and as summed in double precision. A bound is broken where the
-enclosure of the error lies above it. Models are drawn from seeds (:mod:`analysis.small_models`), so that any violation is
-found again with ``--first SEED --models 1``.
+their own; both for the load as the exact sum of its forces and as summed in double precision. A bound is broken where
+the enclosure of the error lies above it. Models are drawn from seeds (:mod:`analysis.small_models`), so that any
+violation is found again with ``--first SEED --models 1``.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Truth:
         return sum((part.transpose() * (self.elastic * part))[0, 0] for part in parts)
 
     def least_errors(self, truths: list[acb_mat], value: np.ndarray) -> tuple[float, float]:
-        """Smallest possible error in the energy norm, absolute and relative, of one answer: the larger of both loads."""
+        """Smallest possible energy norm of an answer's error, absolute and relative: the larger of both loads."""
         absolute, share = [], []
         for truth in truths:
             miss, size = self.energy(_balls(value[:, None]) - truth), self.energy(truth)
@@ -126,20 +126,20 @@ def methods(scene: LinearScene, rng: np.random.Generator, cases: CaseArrays) -> 
     yield "modal-krylov", {"modes": modes, "vectors": int(rng.integers(1, 7)), **precision, **some}
 
 
-def check(seed: int) -> tuple[list[Verdict], collections.Counter]:
-    """All verdicts on one model, and what was refused."""
-    model, rng = draw(seed), np.random.default_rng([seed, 16])
+def check(seed: int, largest: int = 40, count: int = CASES) -> tuple[list[Verdict], collections.Counter]:
+    """All verdicts on one model and ``count`` cases of each kind, and what was refused."""
+    model, rng = draw(seed, largest), np.random.default_rng([seed, 16])
     truth, found, refused = Truth(model), [], collections.Counter()
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         for harmonic in (False, True):
             eigenvalue = sla.eigh(*_scaled(model), eigvals_only=True) if harmonic else None
-            cases = draw_cases(model, CASES, eigenvalue)
-            exact = [truth.answers(cases, i) for i in range(CASES)]
+            cases = draw_cases(model, count, eigenvalue)
+            exact = [truth.answers(cases, i) for i in range(count)]
             scene = model.scene(harmonic)
             claims = [*_of_methods(scene, cases, rng, refused), *_of_any_answer(scene, cases, exact, rng, refused)]
             for name, values, bound, relative in claims:
-                for i in range(CASES):
+                for i in range(count):
                     if exact[i] is not None and np.isfinite(values[i]).all():
                         miss, share = truth.least_errors(exact[i], values[i])
                         found.append(Verdict(seed, model.kind, name, i, share, float(relative[i])))
@@ -211,8 +211,8 @@ def main() -> int:
             tightness[one.method].append(one.bound / one.error if one.error > 0 else np.nan)
             if one.broken:
                 broken.append(one)
-                print(f"BROKEN  seed {one.seed} ({one.kind}), {one.method}, case {one.case}: error {one.error:.3e} above "
-                      f"{one.bound:.3e}", flush=True)
+                print(f"BROKEN  seed {one.seed} ({one.kind}), {one.method}, case {one.case}: "
+                      f"error {one.error:.3e} above {one.bound:.3e}", flush=True)
         if done % 500 == 0:
             print(f"{done:,} models, {checked:,} bounds, {len(broken)} broken, "
                   f"{time.perf_counter() - start:.0f} s", flush=True)

@@ -1,13 +1,14 @@
-"""Choosing among the methods: answers to a tolerance by the one that costs least, and the next better one where it misses.
+"""Choosing among the methods: answers to a tolerance by the one that costs least, and the next better one where it
+misses.
 
 What each method would cost is counted before anything is built, in units of one static solve on the scene's mesh:
 factorizations, solves, modes, vectors. The units' worth was measured once (:data:`COST`) and varies little with the
 mesh, since all of them grow with the factor. What the scene has at hand, a factor of K or modes, is free.
 
-What a method cannot show to meet a tolerance is answered by the next better one: in harmonic scenes `modal-krylov` with as
-many vectors as the tolerance asks for, made for the loads in question alone; at last `direct`. How many vectors a tolerance
-takes is known beforehand. Galerkin on p Krylov vectors of K^-1 M, deflated of m modes, finds u as well as any polynomial of
-degree p - 1 does on the spectrum [0, 1 / lambda_(m+1)], and Chebyshev's reach
+What a method cannot show to meet a tolerance is answered by the next better one: in harmonic scenes `modal-krylov`
+with as many vectors as the tolerance asks for, made for the loads in question alone; at last `direct`. How many
+vectors a tolerance takes is known beforehand. Galerkin on p Krylov vectors of K^-1 M, deflated of m modes, finds u as
+well as any polynomial of degree p - 1 does on the spectrum [0, 1 / lambda_(m+1)], and Chebyshev's reach
 
     error <= C rho^-p,    rho = |z + sqrt(z^2 - 1)|,    z = 2 (1 + i eta) lambda_(m+1) / omega^2 - 1
 
@@ -152,7 +153,8 @@ def vectors_for(scene: LinearScene, cases: CaseArrays, tolerance: float, measure
     return count if count <= MOST_VECTORS else None
 
 
-def krylov_for(scene: LinearScene, cases: CaseArrays, vectors: int, measured: MeasuredModes | None = None) -> ModalKrylov:
+def krylov_for(scene: LinearScene, cases: CaseArrays, vectors: int,
+               measured: MeasuredModes | None = None) -> ModalKrylov:
     """`modal-krylov` for the loads that cases name, fitted on modes that are there (default: the scene's own)."""
     if measured is None:
         bound = residual_bound(scene)

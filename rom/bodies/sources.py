@@ -106,8 +106,10 @@ class Sources:
 
     def origin(self) -> dict[str, Any]:
         """Where the matrices came from: names of files, their sha256, and the format."""
-        return {"format": self.found.format, "files": {name: hashlib.sha256(path.read_bytes()).hexdigest()
-                                                       for name, path in self.files.items()}}
+        beside = {name: self.path.with_name(name) for name in sorted(self.used)}
+        files = self.files | {name: path for name, path in beside.items() if path.is_file()}
+        return {"format": self.found.format,
+                "files": {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in files.items()}}
 
     def _list(self, found: FoundMatrices | None = None) -> str:
         return ", ".join(_words(name, matrix) for name, matrix in (found or self.found).matrices.items())

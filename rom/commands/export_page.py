@@ -27,9 +27,9 @@ def run(arguments: argparse.Namespace) -> None:
     check_path(arguments.file)
     tip = fingertip_from(arguments)
     if arguments.quick:
-        from rom.comparison.side_by_side import QUICK_DENSITY
+        from rom.fingertip import PRESETS
 
-        tip = replace(tip, density=QUICK_DENSITY)
+        tip = replace(tip, density=PRESETS["quick"])
     from rom.interactive.models import REFERENCE, Models
 
     models = Models(tip, quick=arguments.quick)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rom.metamodels.metamodel import Metamodel
-    from rom.scenes import HarmonicPatchForces
+    from rom.scenes import LinearScene
 
 METHODS = ("modal-krylov", "modal-static", "modal", "direct-reused", "direct", "coarse-fem")
 """Methods that need no snapshots."""
@@ -50,22 +50,23 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Compute, print, write."""
-    from rom.metamodels.metamodel import CertifiedMetamodel
-    from rom.scenes import HarmonicPatchForces
+    from rom.scenes import get_scene
     from rom.vibration.frequency_response import frequency_response, sweep_cases
 
     frequency = _check(arguments)
     directions = [name.strip() for name in arguments.directions.split(",")]
     options: dict[str, Any] = {"amplitude": arguments.amplitude, "loss_factor": arguments.loss_factor}
-    scene = HarmonicPatchForces(fingertip_from(arguments), sites=() if arguments.node is None else (arguments.node,))
+    scene = get_scene("harmonic-patch-forces", fingertip_from(arguments),
+                      sites=() if arguments.node is None else (arguments.node,))
     cases = sweep_cases(scene, frequency, directions, **options)  # refuses what cannot be before any solve
     model = _model(arguments, scene, float(frequency[-1])).fit()
     found = frequency_response(model, frequency, directions, **options)
     static = frequency_response(model, [0.0], directions, **options)["receptance"].isel(frequency=0, drop=True)
     found["static_receptance"] = abs(static).assign_attrs(
         long_name="magnitude of the receptance at 0 Hz, loss factor included", units="m N-1")
-    if isinstance(model, CertifiedMetamodel):
-        bound = model.indicators(cases)["relative_energy_error_bound"][1]
+    bounds = model.indicators(cases)
+    if "relative_energy_error_bound" in bounds:
+        bound = bounds["relative_energy_error_bound"][1]
         found["energy_error_bound"] = (("direction", "frequency"), bound.reshape(len(frequency), -1).T, {
             "long_name": "rigorous bound of the relative error in the energy norm", "units": "1"})
     found.attrs = _attributes(arguments, model, scene)
@@ -114,14 +115,15 @@ def _check(arguments: argparse.Namespace) -> np.ndarray:
     return arguments.first + arguments.step * np.arange(count)
 
 
-def _model(arguments: argparse.Namespace, scene: HarmonicPatchForces, last: float) -> Metamodel:
+def _model(arguments: argparse.Namespace, scene: LinearScene, last: float) -> Metamodel:
     from rom.metamodels import create
+    from rom.scenes.fingertip_scene import fingertip_of
 
     settings: dict[str, Any] = {}
     if arguments.method.startswith("modal"):
         from rom.fullorder import sturm_count
 
-        tip = scene.fingertip
+        tip = fingertip_of(scene)
         highest = BEYOND * max(last, arguments.at or 0.0)
         settings["modes"] = max(MODES, sturm_count(tip.stiffness, tip.mass, highest) if highest > 0 else 0)
     if arguments.method == "modal-krylov":
@@ -129,14 +131,15 @@ def _model(arguments: argparse.Namespace, scene: HarmonicPatchForces, last: floa
     return create(arguments.method, scene, **settings)
 
 
-def _attributes(arguments: argparse.Namespace, model: Metamodel, scene: HarmonicPatchForces) -> dict[str, Any]:
-    from rom.comparison.settings import label
+def _attributes(arguments: argparse.Namespace, model: Metamodel, scene: LinearScene) -> dict[str, Any]:
+    from rom.comparison.entries import label
     from rom.provenance import stamp
+    from rom.scenes.fingertip_scene import fingertip_of
 
-    tip = scene.fingertip
+    tip = fingertip_of(scene)
     return stamp(method=label(model.name, model.settings), scene_parameters=scene.to_json(),
                  fingertip=tip.content_hash, formulation=tip.formulation, rear=tip.rear) | {
-        "node": int(scene.site_nodes[0]), "loss_factor": arguments.loss_factor,
+        "node": int(scene.loads.labels["load_node"][0]), "loss_factor": arguments.loss_factor,
         "force_amplitude": arguments.amplitude, "n_free": scene.n_free, "n_nodes": tip.mesh.n_nodes}
 
 
@@ -181,9 +184,10 @@ def _peak_lines(found: xr.Dataset) -> list[str]:
     return lines
 
 
-def _write_vtu(scene: HarmonicPatchForces, directions: list[str], values: np.ndarray, at: float, path: Path) -> None:
+def _write_vtu(scene: LinearScene, directions: list[str], values: np.ndarray, at: float, path: Path) -> None:
     from rom.datasets.vtu import write_vtu
+    from rom.scenes.fingertip_scene import fingertip_of
 
-    write_vtu(path, scene.fingertip.mesh, {
+    write_vtu(path, fingertip_of(scene).mesh, {
         f"displacement_{name}_{at:g}_Hz_m": field
-        for name, field in zip(directions, scene.on_all_nodes(values), strict=True)})
+        for name, field in zip(directions, scene.whole(values), strict=True)})

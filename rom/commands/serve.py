@@ -38,9 +38,9 @@ def run(arguments: argparse.Namespace) -> None:
         from rom.interactive.server import make_application, serve
 
         if arguments.quick:
-            from rom.comparison.side_by_side import QUICK_DENSITY
+            from rom.fingertip import PRESETS
 
-            tip = replace(tip, density=QUICK_DENSITY)
+            tip = replace(tip, density=PRESETS["quick"])
         models = Models(tip, quick=arguments.quick)
         models.prepare(patient_bar)
         if arguments.fit:

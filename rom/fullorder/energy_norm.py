@@ -2,16 +2,17 @@
 
 Three numbers of the model carry every rounding error. With D the diagonal of K and ``|x|_D^2 = sum K_ii |x_i|^2``:
 
-- the *spread* rho, with ``|x|^T |K| |y| <= rho |x|_D |y|_D``. For any v > 0 it is at most max (|K| v)_i / (D v)_i (Collatz
-  and Wielandt); mu_M is the same of |M|.
+- the *spread* rho, with ``|x|^T |K| |y| <= rho |x|_D |y|_D``. For any v > 0 it is at most max (|K| v)_i / (D v)_i
+  (Collatz and Wielandt); mu_M is the same of |M|.
 - the *floor* mu, with ``x^T K x >= mu |x|_D^2`` for all x: K - mu D has no negative eigenvalue, which
   :func:`rom.fullorder.inertia.count_negative` proves. Then ``||r||* <= |r / D|_D / sqrt(mu)`` for any r.
 - the number w of entries of the longest row. A product with K errs by at most ``gamma_w |K| |x|`` entry by entry,
-  gamma_k = k u / (1 - k u) with the unit roundoff u of its precision, in any order of summation, fused or not (Higham,
-  Accuracy and Stability of Numerical Algorithms, section 3.1).
+  gamma_k = k u / (1 - k u) with the unit roundoff u of its precision, in any order of summation, fused or not
+  (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1).
 
-So the product K x errs by at most ``(gamma_w rho + a) |x|_D / sqrt(mu)`` in the norm ||.||*, where a is what the stored K
-lacks of symmetry, in units of D. Overflow and underflow are left aside: forces from 1e-100 to 1e100 N are far from both.
+So the product K x errs by at most ``(gamma_w rho + a) |x|_D / sqrt(mu)`` in the norm ||.||*, where a is what the
+stored K lacks of symmetry, in units of D. Overflow and underflow are left aside: forces from 1e-100 to 1e100 N are
+far from both.
 """
 
 from __future__ import annotations
@@ -56,12 +57,11 @@ class EnergyNorm:
     def __init__(self, model: SecondOrderModel) -> None:
         self.model = model
         self.diagonal: Floats = model.stiffness.diagonal()
-        self.has_mass = model._mass is not None
         self.row_length = int(max(np.diff(matrix.indptr).max() for matrix in self._matrices))
 
     @property
     def _matrices(self) -> list[sp.csr_array]:
-        return [self.model.stiffness, *([self.model.mass] if self.has_mass else [])]
+        return [self.model.stiffness, *([self.model.mass] if self.model.has_mass else [])]
 
     @cached_property
     def _long(self) -> list[sp.csr_array]:
@@ -79,7 +79,7 @@ class EnergyNorm:
     @cached_property
     def mass_spread(self) -> float:
         """rho of M in units of D [s^2]."""
-        return self.spread_of(self.model.mass) if self.has_mass else 0.0
+        return self.spread_of(self.model.mass) if self.model.has_mass else 0.0
 
     def spread_of(self, matrix: sp.csr_array) -> float:
         """rho of any matrix, in units of D."""
@@ -167,7 +167,7 @@ class EnergyNorm:
         return (self.model.stiffness @ np.ascontiguousarray(fields.T)).T
 
     def norms(self, fields: np.ndarray, image: np.ndarray | None = None) -> tuple[Floats, Floats]:
-        """Least and largest ``||x||`` that the fields (k, n) may have, (k,) each [J^1/2]; ``image`` where it is there."""
+        """Least and largest ``||x||`` that fields (k, n) may have, (k,) each [J^1/2]; ``image`` where it is there."""
         image = self.image(fields) if image is None else image
         energy = np.einsum("kn,kn->k", fields.conj(), image).real
         doubt = self.inner_doubt * SUMS * _squares(fields, self.diagonal)
@@ -212,8 +212,5 @@ def block_product(rows: Floats, columns: Floats) -> tuple[Floats, int]:
 
 
 def _squares(fields: np.ndarray, weight: Floats) -> Floats:
-    if np.iscomplexobj(fields):
-        return np.einsum("...n,...n,n->...", fields.real, fields.real, weight, optimize=True) + np.einsum(
-            "...n,...n,n->...", fields.imag, fields.imag, weight, optimize=True)
-    return np.einsum("...n,...n,n->...", fields, fields, weight, optimize=True)
-
+    parts = (fields.real, fields.imag) if np.iscomplexobj(fields) else (fields,)
+    return np.asarray(sum((part * part) @ weight for part in parts))

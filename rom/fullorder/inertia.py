@@ -1,15 +1,16 @@
 """How many eigenvalues of a symmetric matrix are negative, counted from a factor and checked against its rounding.
 
 By Sylvester's law of inertia the pivots of A = L D L^T tell. What was factorised in floating point is a nearby matrix
-B = A + E, and B has the inertia of A if ``||E B^-1|| < 1`` in any norm: then A = (I - t E B^-1) B is regular for every t
-from 0 to 1, and no eigenvalue crosses zero on the way. With a vector g of independent standard normal numbers,
+B = A + E, and B has the inertia of A if ``||E B^-1|| < 1`` in any norm: then A = (I - t E B^-1) B is regular for
+every t from 0 to 1, and no eigenvalue crosses zero on the way. With a vector g of independent standard normal
+numbers,
 
     P(||E B^-1 g|| <= r) <= sqrt(2 / pi) r / ||E B^-1||,
 
-since the part of E B^-1 g along the largest singular vector is normal with that deviation. A trial solve y = B^-1 g shows
-``E B^-1 g = g - A y``: where three trials leave residuals of at most r_1, r_2, r_3, the count is that of A but for a
-probability of ``0.8^3 r_1 r_2 r_3`` over the draw (Dixon 1983 argues likewise for condition numbers). What the trial solves
-themselves round is of the size of E or less, and is assumed not to hide it.
+since the part of E B^-1 g along the largest singular vector is normal with that deviation. A trial solve y = B^-1 g
+shows ``E B^-1 g = g - A y``: where three trials leave residuals of at most r_1, r_2, r_3, the count is that of A but
+for a probability of ``0.8^3 r_1 r_2 r_3`` over the draw (Dixon 1983 argues likewise for condition numbers). What the
+trial solves themselves round is of the size of E or less, and is assumed not to hide it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Sums of poles: what shapes that diagonalise K and M answer under hysteretic damping.
 
-A shape with ``x^T K x = elastic`` and ``x^T M x = inertial``, K- and M-orthogonal to the others, answers a load f with the
-coordinate
+A shape with ``x^T K x = elastic`` and ``x^T M x = inertial``, K- and M-orthogonal to the others, answers a load f
+with the coordinate
 
     x^T f / (elastic (1 + i eta) - omega^2 inertial).
 
@@ -18,7 +18,7 @@ import numpy as np
 
 
 def operating_points(frequency: Any, loss_factor: Any) -> tuple[np.ndarray, np.ndarray]:
-    """1 + i eta and omega^2 [rad^2/s^2] of frequencies [Hz] and loss factors, each (n, 1): one row an operating point."""
+    """1 + i eta and omega^2 [rad^2/s^2] of frequencies [Hz] and loss factors, (n, 1) each: a row an operating point."""
     omega = 2.0 * np.pi * np.atleast_1d(frequency)
     return np.atleast_1d(1.0 + 1j * np.asarray(loss_factor))[:, None], (omega * omega)[:, None]
 

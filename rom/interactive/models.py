@@ -14,11 +14,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rom.comparison.entries import Truth, is_network, model_path, seeded
+from rom.comparison.entries import is_network, model_path, seeded
 from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, TRAINED, constructor_settings
 from rom.comparison.side_by_side import CASES, QUICK_CASES, SEED, beyond_count, find_truth, truth_path
 from rom.datasets.splits import SPLITS
-from rom.errors import SchemaError
+from rom.errors import RomError, SchemaError
 from rom.fingertip import Fingertip
 from rom.metamodels import METHODS, Metamodel, create, load, metamodel_class
 from rom.metamodels.networks.sizes import weights_path
@@ -127,8 +127,11 @@ class Models:
         if path.exists() and _torch_is_there():
             from rom.datasets.tensors import read_attributes
 
-            if read_attributes(path)["scene_hash"] == scene.content_hash:
-                return Source(scene, method, settings, path)
+            try:
+                if read_attributes(path)["scene_hash"] == scene.content_hash:
+                    return Source(scene, method, settings, path)
+            except RomError as error:
+                log.warning("%s cannot be used: %s", path, error)
         return self._source(scene, method, settings)
 
     def _source(self, scene: Scene, method: str, settings: dict[str, Any]) -> Source:
@@ -170,18 +173,24 @@ class Models:
         return curve.settings[curve.headline]
 
     def _read(self, source: Source) -> Metamodel:
-        path = source.path
-        if path.exists():
+        """The model in the cache; a file there that cannot be read is named, and made anew where no snapshots are
+        needed for that."""
+        if source.path.exists():
             try:
-                return load(path, source.scene)
-            except SchemaError as error:
+                return load(source.path, source.scene)
+            except Exception as error:  # whatever damage does to a reader: one file stops nobody
+                named = error if isinstance(error, RomError) else f"{source.path} cannot be read ({error!r})"
+                reason = " ".join(str(named).split())
                 if metamodel_class(source.method).learns:
-                    raise
-                log.warning("a cached model is fitted again: %s", error)
+                    raise SchemaError(f"{reason}: {HOW_TO_FIT}") from error
+                log.warning("a cached model is fitted again: %s", reason)
         # a scene of its own: comparisons find this model too, and bill what its fit took
         own = get_scene(source.scene.name, source.scene.fingertip)
         model = create(source.method, own, **source.settings).fit()
-        model.save(path)
+        try:
+            model.save(source.path)
+        except OSError as error:
+            log.warning("%s cannot be written (%s): the next start fits %s again", source.path, error, source.method)
         model.scene = source.scene
         return model
 
@@ -194,26 +203,36 @@ class Models:
         self.model(REFERENCE, True)
 
     def fit_all(self, progress: Progress) -> None:
-        """Fit what learns from snapshots too, solving those first where the cache lacks them."""
+        """Fit everything else too, solving snapshots first where something learns and the cache lacks them."""
+        for (method, harmonic), source in self.sources.items():
+            if not metamodel_class(method).learns and not self._answers(method, harmonic):
+                self._read(source)  # a table of responses, say
         for scene in (self.static, self.harmonic):
-            missing = [source for (_, harmonic), source in self.sources.items()
-                       if harmonic == scene.harmonic and metamodel_class(source.method).learns
-                       and not source.path.exists() and (not is_network(source.method) or _torch_is_there())]
-            for source in self.sources.values():  # a table of responses, say, which needs no snapshots
-                if source.scene is scene and not metamodel_class(source.method).learns and not source.path.exists():
-                    self._read(source)
+            missing = [source for (method, harmonic), source in self.sources.items()
+                       if source.scene is scene and (_torch_is_there() or not is_network(method))
+                       and not self._answers(method, harmonic)]
             if missing:
-                truth = find_truth(scene, self._cases, beyond_count(self._cases), SEED, progress)
-                self._fit_to(truth, missing, progress)
+                try:
+                    self._fit_to(scene, missing, progress)
+                except SchemaError as error:
+                    log.warning("cached snapshots are solved again: %s", error)
+                    truth_path(scene, self._cases, beyond_count(self._cases), SEED).unlink(missing_ok=True)
+                    self._fit_to(scene, missing, progress)
 
-    @staticmethod
-    def _fit_to(truth: Truth, missing: list[Source], progress: Progress) -> None:
-        for source in progress(missing, f"fitting {missing[0].scene.name}"):
-            own = get_scene(source.scene.name, source.scene.fingertip)
+    def _answers(self, method: str, harmonic: bool) -> bool:
+        """Whether the cache holds a method's model, or there was no need to learn one."""
+        try:
+            self.model(method, harmonic)
+        except ValueError:
+            return False
+        return True
+
+    def _fit_to(self, scene: Scene, missing: list[Source], progress: Progress) -> None:
+        truth = find_truth(scene, self._cases, beyond_count(self._cases), SEED, progress).training(SPLITS[0])
+        for source in progress(missing, f"fitting {scene.name}"):
+            model = create(source.method, get_scene(scene.name, scene.fingertip), **source.settings)
             try:
-                create(source.method, own, **source.settings).fit(truth.training(SPLITS[0])).save(source.path)
-            except SchemaError:  # a damaged truth is no reason to leave a method out
-                raise
+                model.fit(truth).save(source.path)
             except ValueError as error:  # a rank that few quick cases do not span, say
                 log.warning("%s is left out: %s", source.method, error)
 

@@ -4,7 +4,8 @@ With K* = K (1 + i eta) and mass-orthonormal modes, u = sum phi_k (phi_k^T f) / 
 `modal` truncates that sum, `modal-static` adds the residual flexibility (what the left-out modes answer at 0 Hz),
 `modal-krylov` adds further load-dependent vectors of each load (:mod:`rom.fullorder.load_vectors`).
 
-All three have a certificate (:mod:`rom.metamodels.modal_bound`): a proven bound at the price of a few operations a case.
+All three have a certificate (:mod:`rom.metamodels.modal_bound`): a proven bound at the price of a few operations a
+case.
 """
 
 from __future__ import annotations

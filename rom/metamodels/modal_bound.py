@@ -1,7 +1,7 @@
 """How the modal methods bound their own error, without a solve: theorems 2 and 4 of :mod:`rom.metamodels.bounds`.
 
-With the stored participations p = sum F_j p_j, the answer u_hat = X q + sum_j V_j y_j, q_k = p_k / z_k, z_k = c theta_k - w,
-leaves the residual
+With the stored participations p = sum F_j p_j, the answer u_hat = X q + sum_j V_j y_j, q_k = p_k / z_k, z_k = c
+theta_k - w, leaves the residual
 
     r = sum_j F_j f'_j - c D q + M X (p - Z q),                           f'_j = b_j - M X p_j   (`modal`)
 
@@ -11,27 +11,30 @@ M v_ji = theta_ji K v_ji + share_ji K n_j + h_ji with measured defects h and a n
     r = w sum_j (share_j . y_j) K n_j + w sum_ji y_ji h_ji + sum_j F_j h_j0 - c D q + M X (p - Z q)
         + K sum_ji v_ji (first_ji F_j - (c - w theta_ji) y_ji).
 
-The first sum counts, once for all pairs of loads, as an energy of the vectors n_j; the rest is small: defects, and the
-rounding of the coordinates, at most 13 u of each numerator and of each term of its pole. A vector h is as small along the
-modes as it is, ``|Theta^-1/2 X^T h|_2 <= sqrt(1 + kappa_K) ||h||*``; of n_j this part is measured. The load may be summed
-in double precision: q forces leave ``(q + 3) u sum |F_j| (||b_j||* + sum_k |p_jk| ||M x_k||*)`` in all. What finite precision
-makes of the stored shapes and of the sum comes last (theorem 5).
+The first sum counts, once for all pairs of loads, as an energy of the vectors n_j; the rest is small: defects, and
+the rounding of the coordinates, at most 13 u of each numerator and of each term of its pole. A vector h is as small
+along the modes as it is, ``|Theta^-1/2 X^T h|_2 <= sqrt(1 + kappa_K) ||h||*``; of n_j this part is measured. The load
+may be summed in double precision: q forces leave ``(q + 3) u sum |F_j| (||b_j||* + sum_k |p_jk| ||M x_k||*)`` in all.
+What finite precision makes of the stored shapes and of the sum comes last (theorem 5).
 """
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
 
 from rom.fullorder import Modes
 from rom.fullorder.energy_norm import SUMS, UNIT, EnergyNorm, block_product, gamma
-from rom.fullorder.poles import operating_points
 from rom.metamodels.bounds import rounding_size, split_error, underflow
 from rom.metamodels.energy_form import EnergyForm, merged
 from rom.metamodels.mode_split import STEPS, ModeSplit
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays
+
+UNIT_SINGLE = 2.0 ** -24 * (1.0 + 2.0 ** -20)
+"""Unit roundoff of single precision, of a number that was itself rounded to double."""
 
 
 class OwnDefects:
@@ -47,8 +50,8 @@ class OwnDefects:
         Bounds of ``||h||*``, rounding of coordinates included as far as it grows with omega^2.
     size : (n_load, p) ndarray
         `rounding_size` of each stored vector.
-    loss : (n_load, p) ndarray
-        Energy norm of what single precision took from it; 0 in double.
+    single : (n_load, 2, p, p) ndarray
+        See :func:`single_forms`; empty in double precision.
     next : EnergyForm
         Of the vectors n_j.
     leak : (n_load,) ndarray
@@ -58,15 +61,20 @@ class OwnDefects:
     stored: ClassVar[tuple[Stored, ...]] = (
         Stored("norm", ("load", "vector"), "bound of the energy norm"),
         Stored("defect", ("load", "vector"), "bound of the defect", "s2"),
-        Stored("size", ("load", "vector"), "rounding size"), Stored("loss", ("load", "vector"), "lost in storage"),
+        Stored("size", ("load", "vector"), "rounding size"), Stored("single"),
         Stored("leak", ("load",), "share of the next vector along the modes"), Stored("next", part=EnergyForm))
 
     norm: np.ndarray
     defect: np.ndarray
     size: np.ndarray
-    loss: np.ndarray
+    single: np.ndarray
     leak: np.ndarray
     next: EnergyForm
+
+    @cached_property
+    def of_vectors(self) -> np.ndarray:
+        """(n_load, p, 3) ndarray: what a unit of each coordinate adds times c, times omega^2, and its rounding size."""
+        return np.stack([STEPS * UNIT * self.norm, self.defect, self.size], axis=2)
 
 
 class ModalBound:
@@ -81,7 +89,7 @@ class ModalBound:
         Stored("rest_leak", ("load",), "share of the loads' rests along the modes", "J0.5 N-1"),
         Stored("load_size", ("load",), "bound of the load's K^-1 norm", "J0.5 N-1"),
         Stored("modal_size", ("load",), "bound of the modal part's K^-1 norm", "J0.5 N-1"),
-        Stored("size", ("mode",), "rounding size", "J0.5 kg-0.5 m-1"), Stored("loss", ("mode",), "lost in storage"),
+        Stored("size", ("mode",), "rounding size", "J0.5 kg-0.5 m-1"), Stored("single"),
         Stored("grain", (), "rounding size of a field of ones"))
 
     split: ModeSplit
@@ -92,7 +100,7 @@ class ModalBound:
     load_size: np.ndarray
     modal_size: np.ndarray
     size: np.ndarray
-    loss: np.ndarray
+    single: np.ndarray
     grain: float
 
     @classmethod
@@ -131,7 +139,7 @@ class ModalBound:
                           + split.mass_deviation * np.sqrt(participation ** 2 @ theta)) * SUMS
         self.rest = EnergyForm.of(energy, rest)
         self.size = rounding_size(energy.model.stiffness, stored)
-        self.loss = storage_loss(energy, stored, modes.shape.T)
+        self.single = single_forms(energy, stored, modes.shape.T)
         self.grain = float(np.sqrt(abs(energy.model.stiffness).sum()))
         return self
 
@@ -148,8 +156,8 @@ class ModalBound:
             n_j.
         """
         own = OwnDefects()
-        n_load, p, n = vectors.shape
-        own.norm, own.defect, own.loss = (np.empty((n_load, p)) for _ in range(3))
+        n_load, p = vectors.shape[:2]
+        own.norm, own.defect = np.empty((n_load, p)), np.empty((n_load, p))
         own.size = rounding_size(energy.model.stiffness, stored)
         stiffness, mass = energy.matrices()
         next_image, next_size = stiffness @ following.T, energy.size(following)
@@ -165,7 +173,7 @@ class ModalBound:
             own.defect[load] += UNIT * (STEPS * theta[load] * own.norm[load] + (p + 12) * weight * next_norm[load])
             # the rest's response was summed from these vectors
             self.rest_defect[load] += gamma(p + 2) * root * float(np.abs(first[load]) @ size) * SUMS
-            own.loss[load] = storage_loss(energy, stored[load], rows)
+        own.single = np.array([single_forms(energy, *both) for both in zip(stored, vectors, strict=True)])
         along, terms = block_product(np.ascontiguousarray(modes.shape.T), next_image)
         scale = np.sqrt(modes.eigenvalue)
         doubt = (gamma(terms + energy.row_length + 3) * energy.spread + energy.asymmetry) * next_size * np.linalg.norm(
@@ -174,81 +182,111 @@ class ModalBound:
         own.next = EnergyForm.of(energy, following)
         return own
 
-    def bounds(self, cases: CaseArrays, precision: str, modal: np.ndarray, own: OwnDefects | None = None,
-               own_coordinates: np.ndarray | None = None, shares: np.ndarray | None = None
-               ) -> tuple[np.ndarray, np.ndarray]:
+    def bounds(self, cases: CaseArrays, stiffness: np.ndarray, inertia: np.ndarray, coordinates: np.ndarray,
+               own: OwnDefects | None = None, own_coordinates: np.ndarray | None = None,
+               share: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Bound of the error, and least energy norm of the true answer.
 
         Parameters
         ----------
         cases : CaseArrays
-            Their nodes are positions among the loads that were measured.
-        precision : {"float64", "float32"}
-        modal : (n_case, m) ndarray
-            ``|q|``.
+            Their nodes are places among the loads that were measured.
+        stiffness, inertia : (n_case, 1) ndarray
+            c and w.
+        coordinates : (n_case, m) ndarray, complex
+            q.
         own : OwnDefects, optional
-        own_coordinates : (n_case, n_force, p) ndarray, optional
-            ``|y|``.
-        shares : (n_case, n_force) ndarray, complex, optional
-            share . y of each force.
+        own_coordinates : (n_case, n_force, p) ndarray, complex, optional
+            y.
+        share : (n_load, p) ndarray, optional
 
         Returns
         -------
         bound, least : (n_case,) ndarray [J^1/2]
         """
         split, node = self.split, cases.node
-        theta, norm, deviation = split.eigenvalue, split.norm, 1.0 + split.stiff_deviation
-        stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
-        c, w, force = np.abs(stiffness[:, 0]), inertia[:, 0], np.abs(cases.force)
+        deviation, force = np.sqrt(1.0 + split.stiff_deviation), np.abs(cases.force)
+        c, w = np.abs(stiffness[:, 0]), inertia[:, 0]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            modal = np.abs(coordinates)
             beyond, each, coupling, off = split.amplifications(stiffness, inertia)
             kept = each.max(axis=1)
-            rounded = STEPS * UNIT * (c * (modal @ (theta * norm)) + w * (modal @ norm))
+            with_c, with_w, defect, stored = (modal @ self._of_modes).T
+            rounded = c * with_c + w * with_w
+            load, of_modes, missed = np.einsum("cf,cfk->kc", force, self._of_loads[node])
             summed = (node.shape[1] + 3) * UNIT
-            load = summed * np.einsum("cf,cf->c", force, self.load_size[node])
-            of_modes = summed * np.einsum("cf,cf->c", force, self.modal_size[node])
-            rest_defect = np.einsum("cf,cf->c", force, self.rest_defect[node]) + load
-            small = c * (modal @ split.defect) + rounded + of_modes + rest_defect
+            load, of_modes = summed * load, summed * of_modes
+            missed = missed + load
+            small = c * defect + rounded + of_modes + missed
             number = merged(node, cases.force)
             rest_leak = np.einsum("cf,cf->c", np.abs(number), self.rest_leak[node])
             rest_least, rest_most = self.rest.norms(node, number)
-            terms = modal.shape[1] + 2
-            if own is None or own_coordinates is None or shares is None:
+            terms, sizes = modal.shape[1] + 2, self.size.sum()
+            single = _forms(self.single, coordinates) if self.single.size else 0.0
+            if own is None or own_coordinates is None or share is None:
                 main, leak = rest_most, rest_leak
-                stored, lost, sizes = modal @ self.size, modal @ self.loss, self.size.sum()
             else:
-                shares = merged(node, shares)
+                y = np.abs(own_coordinates)
+                shares = merged(node, np.einsum("cfp,cfp->cf", share[node], own_coordinates))
                 main = w * own.next.norms(node, shares)[1]
                 leak = w * np.einsum("cf,cf->c", np.abs(shares), own.leak[node])
-                small += STEPS * UNIT * c * np.einsum("cfp,cfp->c", own_coordinates, own.norm[node])
-                small += w * np.einsum("cfp,cfp->c", own_coordinates, own.defect[node])
-                terms += node.shape[1] * (own_coordinates.shape[2] + 1)
-                stored = modal @ self.size + np.einsum("cfp,cfp->c", own_coordinates, own.size[node])
-                lost = modal @ self.loss + np.einsum("cfp,cfp->c", own_coordinates, own.loss[node])
-                sizes = self.size.sum() + own.size[node].sum(axis=(1, 2))
-            outside, inside = split_error(beyond, kept, coupling, off, main + small, leak + np.sqrt(deviation) * small)
-            bound = np.hypot(np.sqrt(deviation) * inside, outside) + (
-                lost + gamma(terms, KINDS[precision]) * stored + underflow(precision, terms, sizes, self.grain))
+                with_c, with_w, size = np.einsum("cfp,cfpk->kc", y, own.of_vectors[node])
+                small += c * with_c + w * with_w
+                stored = stored + size
+                terms += y.shape[1] * (y.shape[2] + 1)
+                if self.single.size:
+                    sizes = sizes + own.size[node].sum(axis=(1, 2))
+                    for j in range(y.shape[1]):
+                        single = single + _forms(own.single[node[:, j]], own_coordinates[:, j])
+            outside, inside = split_error(beyond, kept, coupling, off, main + small, leak + deviation * small)
+            bound = np.hypot(deviation * inside, outside) + gamma(terms) * stored
+            if self.single.size:
+                bound += single + underflow(sizes, self.grain)
             # theorem 4
-            answer = np.sqrt((modal * modal) @ theta)
-            along = rest_leak + rounded + of_modes + np.sqrt(deviation) * load
+            answer = np.sqrt((modal * modal) @ split.eigenvalue)
+            along = rest_leak + rounded + of_modes + deviation * load
             tilted = (modal / each) @ split.defect
-            most_outside, most_inside = split_error(beyond, kept, coupling, off, rest_most + rest_defect + tilted,
+            most_outside, most_inside = split_error(beyond, kept, coupling, off, rest_most + missed + tilted,
                                                     answer / kept + along)
             spread = np.maximum(c, np.abs(stiffness[:, 0] - w / split.next_bound)) if split.next_bound > 0 else np.inf
             inner = np.maximum(answer - kept * (along + off * most_inside + coupling * most_outside), 0.0)
-            outer = np.maximum(rest_least - rest_defect - along / np.sqrt(1.0 - split.stiff_deviation) - tilted
+            outer = np.maximum(rest_least - missed - along / np.sqrt(1.0 - split.stiff_deviation) - tilted
                                - coupling * most_inside, 0.0) / spread
             least = np.sqrt((1.0 - split.stiff_deviation) * inner * inner + outer * outer) / SUMS
         bound = np.where(np.isfinite(bound), bound * SUMS, np.inf)
         return bound, np.where(np.isfinite(least), least, 0.0)
 
+    @cached_property
+    def _of_loads(self) -> np.ndarray:
+        return np.stack([self.load_size, self.modal_size, self.rest_defect], axis=1)
 
-KINDS = {"float64": np.float64, "float32": np.float32}
+    @cached_property
+    def _of_modes(self) -> np.ndarray:
+        split = self.split
+        rounding = STEPS * UNIT * split.norm
+        return np.stack([split.eigenvalue * rounding, rounding, split.defect, self.size], axis=1)
 
 
-def storage_loss(energy: EnergyNorm, stored: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """(k,) ndarray: energy norm of what storing fields (k, n) in single precision lost of each; 0 in double."""
+def single_forms(energy: EnergyNorm, stored: np.ndarray, exact: np.ndarray) -> np.ndarray:
+    """(2, k, k) ndarray: squares of what single precision costs a sum of fields (k, n), as forms of its coordinates.
+
+    The first is the energy of what storage lost of the fields, the second that of the sum's last rounding (theorem 5).
+    Empty where fields are stored in double precision.
+    """
+    k = len(exact)
     if stored.dtype == exact.dtype:
-        return np.zeros(len(exact))
-    return energy.norms(stored.astype(float) - exact)[1]
+        return np.empty((0, k, k))
+    stored = stored.astype(float)
+    lost, weight = stored - exact, np.asarray(abs(energy.model.stiffness).sum(axis=1)).ravel()
+    n, size = len(weight), energy.size(lost)
+    forms = np.stack([lost @ energy.image(lost).T, UNIT_SINGLE ** 2 * (stored * weight) @ stored.T])
+    # rounding of an entry counts k times its own place
+    forms[0] += k * energy.inner_doubt * np.diag(size * size)
+    forms[1] += k * gamma(n + 8) * np.diag(forms[1].diagonal())
+    return forms + k * 1e-12 * np.apply_along_axis(np.diag, 1, np.diagonal(forms, axis1=1, axis2=2))
+
+
+def _forms(forms: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
+    """(n_case,) ndarray: sum of the roots of the forms (..., i, k, k) of coordinates (n_case, k)."""
+    square = (coordinates.conj()[:, None, None] @ (forms @ coordinates[:, None, :, None])).real[:, :, 0, 0]
+    return np.sqrt(np.maximum(square, 0.0)).sum(axis=1)

@@ -12,7 +12,7 @@ import xarray as xr
 from rom.fullorder import Modes
 from rom.fullorder.load_vectors import load_vectors
 from rom.fullorder.poles import Poles, operating_points
-from rom.metamodels.basis import BLOCK, Basis, check_precision, combine, planes, room
+from rom.metamodels.basis import Basis, check_precision, room
 from rom.metamodels.facts import Needs
 from rom.metamodels.known_loads import KnownLoads
 from rom.metamodels.linear import not_harmonic
@@ -75,6 +75,7 @@ class ModalMethod(Metamodel):
     share: np.ndarray
     """(n_load, p) ndarray: of the vectors, see :mod:`rom.metamodels.modal_bound`."""
     own_defects: OwnDefects | None = None
+    _judged: tuple[CaseArrays, tuple[np.ndarray, np.ndarray]] | None = None
 
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
@@ -138,8 +139,8 @@ class ModalMethod(Metamodel):
     def _make(self, measured: MeasuredModes) -> None:
         modes, model, loads = measured.modes, self.scene.model, self.known.columns
         if model.loss_stiffness is not None:
-            raise ValueError(f"{self.name} cannot answer a body with a loss stiffness beside its loss factor: its modes do "
-                             "not take the equation apart; use direct, or one loss factor for the whole body")
+            raise ValueError(f"{self.name} cannot answer a body with a loss stiffness beside its loss factor: modes "
+                             "do not take the equation apart; use direct, or one loss factor for the whole body")
         kind, rows = self.settings["precision"], self.scene.part_rows
         self.eigenvalue, self.participation = modes.eigenvalue, loads.T @ modes.shape
         self.shapes = Basis(modes.shape.T, rows, kind)
@@ -155,7 +156,8 @@ class ModalMethod(Metamodel):
         else:
             rest = model.solve_static(loads).T - (self.participation / modes.eigenvalue) @ modes.shape.T
         energy = residual_bound(self.scene).energy
-        self.certificate = ModalBound.of(energy, measured.split, modes, self.shapes.field, loads, self.participation, rest)
+        self.certificate = ModalBound.of(energy, measured.split, modes, self.shapes.field, loads, self.participation,
+                                         rest)
         if self.n_vectors:
             self.own_defects = self.certificate.measure_own(
                 energy, modes, self.own_shapes.field, found.vectors, self.first, self.theta, self.share, following)
@@ -169,83 +171,65 @@ class ModalMethod(Metamodel):
 
     def coordinates(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, m) ndarray, complex: modal coordinates phi_k^T f / (lambda_k (1 + i eta) - omega^2)."""
-        return self._coordinates(self.known.placed(cases))
+        return self._coordinates(self.known.placed(cases), *operating_points(cases.frequency, cases.loss_factor))
 
-    def _coordinates(self, cases: CaseArrays) -> np.ndarray:
-        return Poles.of_modes(self.eigenvalue).at(self._force_sum(cases), *operating_points(
-            cases.frequency, cases.loss_factor))
+    def _coordinates(self, cases: CaseArrays, stiffness: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+        return Poles.of_modes(self.eigenvalue).at(self._force_sum(cases), stiffness, inertia)
 
     def own_coordinates(self, place: Any, force: Any, stiffness: Any, inertia: Any) -> np.ndarray:
         """(n_case, p) ndarray, complex: coordinates of one force's own vectors; ``place`` among the known loads."""
-        return Poles.of_vectors(self.theta[place]).at(self.first[place] * np.asarray(force)[..., None], stiffness, inertia)
+        numerator = self.first[place] * np.asarray(force)[..., None]
+        return Poles.of_vectors(self.theta[place]).at(numerator, stiffness, inertia)
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
-        cases, shapes = self.known.placed(cases), self.shapes.rows(outputs)
-        modal = self._coordinates(cases)
-        if not self.n_vectors:
-            return combine(modal, shapes, out)
-        own, kind = self.own_shapes.rows(outputs), shapes.dtype
-        stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
-        out = room(out, len(cases), shapes.shape[1], np.result_type(kind, np.complex64))
-        if cases.node.size == 1:  # one case, one force: two reads of m + p rows and nothing else
-            node = cases.node[0, 0]
-            y = self.own_coordinates(cases.node[:, 0], cases.force[:, 0], stiffness, inertia)[0]
-            for plane, q, own_q in ((out.real, modal[0].real, y.real), (out.imag, modal[0].imag, y.imag)):
-                np.add(q.astype(kind) @ shapes, own_q.astype(kind) @ own[node], out=plane[0])
-            return out
-        if cases.node.shape[1] == 1:
-            self._evaluate_by_load(cases, modal, shapes, own, out)
-        else:
-            for i in range(len(cases)):
-                out[i] = combine(modal[i:i + 1], shapes)[0]
-                for j in range(cases.node.shape[1]):
-                    y = self.own_coordinates(cases.node[i:i + 1, j], cases.force[i:i + 1, j], stiffness[i], inertia[i])
-                    out[i] += combine(y, own[cases.node[i, j]])[0]
-        return out
+        from rom.metamodels.field_sums import sum_of_many, sum_of_one
 
-    def _evaluate_by_load(self, cases: CaseArrays, modal: np.ndarray, shapes: np.ndarray, own: np.ndarray,
-                          out: np.ndarray) -> None:
-        """One matrix product a load: the modes stay in cache, each load's own vectors are read once."""
-        node = cases.node[:, 0]
-        y = self.own_coordinates(node, cases.force[:, 0], *operating_points(cases.frequency, cases.loss_factor))
-        coordinates = np.concatenate([modal, y], axis=1)
-        m, kind = len(shapes), shapes.dtype
-        stack = np.empty((m + own.shape[1], shapes.shape[1]), dtype=kind)
-        stack[:m] = shapes
-        order = np.argsort(node, kind="stable")
-        for group in np.split(order, np.flatnonzero(np.diff(node[order])) + 1):
-            stack[m:] = own[node[group[0]]]
-            for start in range(0, len(group), BLOCK):
-                part = group[start:start + BLOCK]
-                plane = planes(coordinates[part], kind) @ stack
-                for i, row in enumerate(part):  # row by row: contiguous, where an indexed assignment would copy twice
-                    out[row].real, out[row].imag = plane[i], plane[len(part) + i]
+        cases, shapes = self.known.placed(cases), self.shapes.rows(outputs)
+        point = operating_points(cases.frequency, cases.loss_factor)
+        modal = self._coordinates(cases, *point)
+        own, of_forces = np.empty((0, 0, shapes.shape[1]), shapes.dtype), np.empty((*cases.node.shape, 0), complex)
+        if self.n_vectors:
+            own, of_forces = self.own_shapes.rows(outputs), self._own_of_forces(cases, *point)
+        out = room(out, len(cases), shapes.shape[1], np.result_type(shapes.dtype, np.complex64))
+        if len(cases) == 1 or (self.n_vectors and cases.node.shape[1] > 1):
+            node = cases.node if self.n_vectors else cases.node[:, :0]
+            for i in range(len(cases)):
+                sum_of_one(modal[i], shapes, of_forces[i], own, node[i], out[i])
+        elif not self.n_vectors:
+            sum_of_many(modal, shapes, np.arange(len(cases)), out)
+        else:
+            # one matrix product a load: the modes stay in cache, each load's own vectors are read once
+            coordinates, node = np.concatenate([modal, of_forces[:, 0]], axis=1), cases.node[:, 0]
+            stack = np.concatenate([shapes, own[0]])
+            order = np.argsort(node, kind="stable")
+            for group in np.split(order, np.flatnonzero(np.diff(node[order])) + 1):
+                stack[len(shapes):] = own[node[group[0]]]
+                sum_of_many(coordinates[group], stack, group, out)
+        return out
 
     def energy_norm(self, cases: CaseArrays) -> np.ndarray:
         """(n_case,) ndarray: ``sqrt(u^H K u)`` of the answer, exact for one force, an upper bound for several."""
-        cases = self.known.placed(cases)
-        modal = np.sqrt((np.abs(self._coordinates(cases)) ** 2) @ self.eigenvalue)
+        cases, point = self.known.placed(cases), operating_points(cases.frequency, cases.loss_factor)
+        modal = np.sqrt((np.abs(self._coordinates(cases, *point)) ** 2) @ self.eigenvalue)
         if not self.n_vectors:
             return modal
-        return np.hypot(modal, np.linalg.norm(np.abs(self._own_of_forces(cases)), axis=2).sum(axis=1))
+        return np.hypot(modal, np.linalg.norm(np.abs(self._own_of_forces(cases, *point)), axis=2).sum(axis=1))
 
-    def _own_of_forces(self, cases: CaseArrays) -> np.ndarray:
+    def _own_of_forces(self, cases: CaseArrays, stiffness: np.ndarray, inertia: np.ndarray) -> np.ndarray:
         """(n_case, n_force, p) ndarray, complex: coordinates of every force's own vectors."""
-        stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
         return self.own_coordinates(cases.node, cases.force, stiffness[:, None], inertia[:, None])
 
     # ---- the certificate ------------------------------------------------------------------------------------
 
     def _bounds(self, cases: CaseArrays) -> tuple[np.ndarray, np.ndarray]:
         """Bound of the error, and least energy norm of the true answer, both (n_case,) [J^1/2]."""
-        cases = self.known.placed(cases)
+        cases, point = self.known.placed(cases), operating_points(cases.frequency, cases.loss_factor)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            modal = np.abs(self._coordinates(cases))
+            modal = self._coordinates(cases, *point)
             if not self.n_vectors:
-                return self.certificate.bounds(cases, self.settings["precision"], modal)
-            own = self._own_of_forces(cases)
-            shares = np.einsum("cfp,cfp->cf", self.share[cases.node], own)
-            return self.certificate.bounds(cases, self.settings["precision"], modal, self.own_defects, np.abs(own), shares)
+                return self.certificate.bounds(cases, *point, modal)
+            return self.certificate.bounds(cases, *point, modal, self.own_defects, self._own_of_forces(cases, *point),
+                                           self.share)
 
     def error_bound(self, cases: CaseArrays) -> np.ndarray:
         """Proven bound of the energy norm of the error.
@@ -266,7 +250,8 @@ class ModalMethod(Metamodel):
         return relative(*self._bounds(cases))
 
     def indicators(self, cases: CaseArrays) -> dict[str, tuple]:
-        bound, least = self._bounds(cases)
+        judged, self._judged = self._judged, None
+        bound, least = judged[1] if judged is not None and judged[0] is cases else self._bounds(cases)
         return {
             "energy_error_bound": (("case",), bound, {
                 "long_name": "proven bound of sqrt(e^H K e)", "units": "J0.5"}),
@@ -282,7 +267,8 @@ class ModalMethod(Metamodel):
                                       "undamped and within a millionth of a resonance", ""))
 
     def quick_assessment(self, cases: CaseArrays) -> Assessment:
-        return Assessment(self.relative_bound(cases), "bound", self.reasons(cases)).with_large_errors_named()
+        self._judged = cases, self._bounds(cases)  # which `predict` asks for once more
+        return Assessment(relative(*self._judged[1]), "bound", self.reasons(cases)).with_large_errors_named()
 
     def assess(self, cases: CaseArrays, values: np.ndarray | None = None) -> Assessment:
         return self.quick_assessment(cases)

@@ -12,7 +12,7 @@ from rom.metamodels.bounds import amplification_beyond, eigenvalue_bound
 from rom.metamodels.stored import Stored
 
 STEPS = 13
-"""Roundings of a coordinate, at most: its pole, its numerator, the complex quotient, and the products of a Galerkin one."""
+"""Roundings of a coordinate, at most: its pole, its numerator, the complex quotient, and a Galerkin one's products."""
 
 
 class ModeSplit:

@@ -1,12 +1,13 @@
 """A proven bound of any answer's error from its residual: theorems 1 and 2 of :mod:`rom.metamodels.bounds`.
 
-The residual r = f - Z u_hat of an answer, wherever it comes from, makes an error e = Z^-1 r. With the scene's modes its part
-in their span is known but for their defects: with s = X^T r and q_k = s_k / (c theta_k - w),
+The residual r = f - Z u_hat of an answer, wherever it comes from, makes an error e = Z^-1 r. With the scene's modes
+its part in their span is known but for their defects: with s = X^T r and q_k = s_k / (c theta_k - w),
 
     e = X q + e',    Z e' = r - M X s - c D q =: r'.
 
 Theorem 2 bounds e' by ``||r'||*``, which takes one static solve; along the modes r' is only what they lack of
-orthogonality. The true answer u = u_hat + X q + e' splits alike: with e' = X a + v and u_hat + X q = X b + y (X^T K y = 0),
+orthogonality. The true answer u = u_hat + X q + e' splits alike: with e' = X a + v and u_hat + X q = X b + y (X^T K y
+= 0),
 
     ||e||^2 <= (||X q|| + ||X a||)^2 + ||v||^2,    ||u||^2 >= (||X b|| - ||X a||)^2 + (||y|| - ||v||)^2,
 
@@ -87,8 +88,8 @@ class ResidualBound:
     def load_rounding(self, cases: CaseArrays) -> np.ndarray:
         """What summing the load in double precision may change of the answer, resonance aside.
 
-        The load differs from the sum of its forces by ``|df| <= (q + 3) u sum |F_j b_j|`` for q forces. Forces that nearly
-        cancel leave it as large as each of them makes it.
+        The load differs from the sum of its forces by ``|df| <= (q + 3) u sum |F_j b_j|`` for q forces. Forces that
+        nearly cancel leave it as large as each of them makes it.
 
         Returns
         -------
@@ -132,7 +133,7 @@ class ResidualBound:
 
     def _residual_rounding(self, cases: CaseArrays, values: np.ndarray, residual: np.ndarray, kind: type) -> np.ndarray:
         """(n_case,) ndarray: what rounding may hide in residuals (n_case, n), in the norm ||.||*."""
-        stiffness, mass = 1.0, 0.0
+        stiffness, mass = np.ones(len(cases)), np.zeros(len(cases))
         if self.scene.harmonic:
             stiffness, mass = np.sqrt(1.0 + cases.loss_factor ** 2), (2.0 * np.pi * cases.frequency) ** 2
         hidden = self.energy.product_error(self.energy.size(values), stiffness, mass, terms=6, kind=kind)
@@ -207,7 +208,8 @@ class ResidualBound:
         residual = np.ascontiguousarray(self.residuals(cases, values, kind).T)
         hidden = self._residual_rounding(cases, values, residual, kind)
         along = residual @ shape  # s as computed: q follows from it, whatever its rounding
-        seen = gamma(len(shape) + 2) * float(np.sqrt(np.sum(size ** 2 / theta))) * energy.size(residual / energy.diagonal)
+        together = float(np.sqrt(np.sum(size ** 2 / theta)))
+        seen = gamma(len(shape) + 2) * together * energy.size(residual / energy.diagonal)
         seen = seen + split.mass_deviation * np.sqrt(np.abs(along) ** 2 @ theta)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             share = Poles.of_modes(theta).at(along, stiffness, inertia)
@@ -219,7 +221,8 @@ class ResidualBound:
                 c * (strength @ (theta * split.norm)) + w * (strength @ split.norm))
             beyond, each, coupling, off = split.amplifications(stiffness, inertia)
             deviation = np.sqrt(1.0 + split.stiff_deviation)
-            outside, inside = split_error(beyond, each.max(axis=1), coupling, off, norm + small, seen + deviation * small)
+            outside, inside = split_error(beyond, each.max(axis=1), coupling, off, norm + small,
+                                          seen + deviation * small)
             inside = inside * deviation
             known = share @ shape.T
             lost = gamma(len(theta) + 3) * np.sqrt(energy.spread) * (strength @ size)
@@ -227,10 +230,10 @@ class ResidualBound:
             # the true answer, X (b + a) + (y + v): what is left of each part
             true = values + known
             image = energy.image(true)
-            least, most = energy.norms(true, image)
+            least = energy.norms(true, image)[0]
             lost = lost + self._sum_rounding(true, 1)
             kept = np.linalg.norm((image @ shape) / np.sqrt(theta), axis=1)
-            doubt = energy.inner_doubt * energy.size(true) * float(np.sqrt(np.sum(size ** 2 / theta))) + lost
+            doubt = energy.inner_doubt * energy.size(true) * together + lost
             tilt = 2.0 * split.stiff_deviation
             kept_most = (kept + doubt) * (1.0 + tilt) * SUMS
             outer = np.sqrt(np.maximum(least * least - kept_most * kept_most, 0.0))

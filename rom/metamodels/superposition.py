@@ -113,8 +113,9 @@ class Superposition(Metamodel):
         load = (q + 3) * 2.0 ** -53 * np.einsum("cf,cf->c", np.abs(cases.force), self.load_size[node])
         # forces are rounded to the precision of the rows, products and sums follow
         rounding = gamma(q + 3, PRECISIONS[self.settings["precision"]].type)
-        added = rounding * np.einsum("cf,cf->c", np.abs(cases.force), self.size[node]) + underflow(
-            self.settings["precision"], q, self.size[node].sum(axis=1), self.grain)
+        added = rounding * np.einsum("cf,cf->c", np.abs(cases.force), self.size[node])
+        if self.settings["precision"] == "float32":
+            added += underflow(self.size[node].sum(axis=1), self.grain, q)
         least = np.maximum(self.energies.norms(node, number)[0] - (own + load) * SUMS, 0.0)
         return (own + load + added) * SUMS, least
 

@@ -87,7 +87,7 @@ def test_abaqus_coordinates_find_their_neighbours(tmp_path, block, matrices):
     body = read_body(tmp_path / "job_STIF2.mtx")
     check(body, block, names=False)
     np.testing.assert_allclose(body.viscous.toarray(), 3 * mass.toarray())
-    assert set(body.origin["files"]) == {"job_STIF2.mtx"}  # whose sha256 are kept
+    assert set(body.origin["files"]) == {"job_STIF2.mtx", "job_MASS2.mtx", "job_DMPV2.mtx"}  # whose sha256 are kept
 
 
 def test_abaqus_matrix_input_keeps_labels_and_leaves_out_held_rows(tmp_path, block, matrices):

@@ -4,13 +4,14 @@ import logging
 
 import numpy as np
 import pytest
+from rom.comparison.settings import QUICK_CURVES
 
 from rom.commands.progress import patient_bar
 from rom.comparison.entries import fit_entries
-from rom.comparison.settings import QUICK_CURVES
 from rom.comparison.side_by_side import SEED, beyond_count, find_truth, no_progress
 from rom.interactive import models as offered
 from rom.interactive.models import MODAL, REFERENCE, Models
+from rom.metamodels import create
 from rom.metamodels.validity import ValidityWarning
 from rom.scenes import CaseArrays
 
@@ -50,17 +51,63 @@ def test_the_first_start_fits_and_the_next_one_reads(few, tiny_tip):
     assert models.model("modal", False) is models.model("modal", True)
 
 
-def test_a_damaged_model_is_fitted_again(few, tiny_tip, caplog):
+def damaged(kind, good):
+    """A cached file's bytes after damage."""
+    random = np.random.default_rng(7)
+    if kind == "flipped":
+        return bytes(byte ^ 0xff if flip else byte for byte, flip in zip(good, random.random(len(good)) < 1e-3,
+                                                                         strict=True))
+    return {"foreign": b"no netCDF", "empty": b"", "truncated": good[:len(good) // 2],
+            "header": random.bytes(512) + good[512:]}[kind]
+
+
+@pytest.mark.parametrize("kind", ["foreign", "empty", "truncated", "header", "flipped"])
+def test_a_damaged_model_is_named_and_fitted_again(few, tiny_tip, caplog, kind):
     models = Models(tiny_tip, quick=True)
     models.prepare(recorded([]))
-    models.sources[REFERENCE, True].path.write_bytes(b"no netCDF")
+    path = models.sources[REFERENCE, True].path
+    path.write_bytes(damaged(kind, path.read_bytes()))
     with caplog.at_level(logging.WARNING):
         again = Models(tiny_tip, quick=True)
         again.prepare(recorded([]))
-    assert "fitted again" in caplog.text
+    assert f"fitted again: {path}" in caplog.text
+    assert "Traceback" not in caplog.text
     one = CaseArrays(np.array([[2]]), np.array([[0.1]]), np.array([90.0]), np.array([0.2]))
     values = [each.model(REFERENCE, True).evaluate(one, "field") for each in (models, again)]
     np.testing.assert_allclose(values[1], values[0], rtol=1e-9, atol=1e-12 * np.abs(values[0]).max())
+
+
+def test_whatever_a_reader_makes_of_damage_stops_nobody(few, tiny_tip, caplog, monkeypatch):
+    models = Models(tiny_tip, quick=True)
+    models.prepare(recorded([]))
+
+    def read(path, scene):
+        raise AttributeError("NetCDF: HDF error")
+
+    monkeypatch.setattr(offered, "load", read)
+    monkeypatch.setattr(create("modal-krylov", models.harmonic).__class__, "save", refuse)
+    Models(tiny_tip, quick=True).prepare(recorded([]))
+    assert f"{models.sources[REFERENCE, True].path} cannot be read (AttributeError('NetCDF: HDF error'))" in caplog.text
+    assert "cannot be written" in caplog.text
+
+
+def refuse(*_, **__):
+    raise PermissionError(13, "Permission denied")
+
+
+def test_damaged_snapshots_and_learners_are_made_anew_on_demand(few, tiny_tip, caplog):
+    models = Models(tiny_tip, quick=True)
+    models.fit_all(recorded([]))
+    pod = models.sources["pod-galerkin", True].path
+    truth = offered.truth_path(models.harmonic, 96, beyond_count(96), SEED)
+    for path in (pod, truth):
+        path.write_bytes(b"no netCDF")
+    again = Models(tiny_tip, quick=True)
+    with pytest.raises(ValueError, match="rom serve --fit"):
+        again.model("pod-galerkin", True)
+    again.fit_all(recorded([]))
+    assert f"solved again: {truth}" in caplog.text
+    assert again.model("pod-galerkin", True).learns
 
 
 def test_what_learns_is_fitted_on_demand_just_as_a_comparison_fits_it(few, tiny_tip, monkeypatch):

@@ -4,16 +4,16 @@ import asyncio
 import json
 import os
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 
 import aiohttp
 import meshio
 import numpy as np
 import pytest
-from aiohttp.test_utils import TestClient, TestServer
 
 from rom.datasets import read_dataset
 from rom.interactive import wire
-from rom.interactive.server import make_application
+from rom.interactive.server import listen, make_application, opened
 from rom.metamodels import METHODS
 
 PATIENCE = 120.0
@@ -61,9 +61,12 @@ def talk(engine, page):
     """Run a coroutine function that takes a client of a server of its own."""
     @asynccontextmanager
     async def serving():
-        application = make_application(engine, folder=page)
-        async with TestServer(application, host="127.0.0.1") as server, TestClient(server) as client:
-            yield client
+        with listen("127.0.0.1", 0) as bound:
+            host, port = bound.getsockname()
+            async with (opened(make_application(engine, folder=page), bound) as door,
+                        aiohttp.ClientSession(f"http://{host}:{port}") as session):
+                yield SimpleNamespace(get=session.get, post=session.post, ws_connect=session.ws_connect, host=host,
+                                      port=port, door=door)
 
     def run(scenario):
         async def whole():
@@ -324,7 +327,7 @@ def test_nothing_but_the_pages_files_is_served(talk, path):
 
     async def scenario(client):
         url = URL(f"http://{client.host}:{client.port}{path}", encoded=True)
-        async with client.session.get(url) as response:
+        async with client.get(url) as response:
             assert response.status == 404
             assert "secret" not in await response.text()
     talk(scenario)

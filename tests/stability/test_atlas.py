@@ -4,15 +4,14 @@ import collections
 
 import numpy as np
 import pytest
+from atlas import AXES, OUTCOMES, atlas, levels
+from atlas.excitation_extremes import _crossing
+from atlas.level import SETTINGS
+from atlas.survey import QUICK_DENSITY
+from presentation.stability import FAMILIES, draw, findings, tables
 
 from rom.fingertip import Fingertip
 from rom.fullorder import natural_modes
-from rom.metamodels import METHODS
-from rom.reporting.stability import FAMILIES, draw, findings, tables
-from rom.stability import AXES, OUTCOMES, atlas, levels
-from rom.stability.excitation_extremes import _crossing
-from rom.stability.level import SETTINGS
-from rom.stability.survey import QUICK_DENSITY
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +22,7 @@ def results():
 def test_every_level_has_a_name_of_its_own_and_every_method_is_asked_somewhere():
     grid = levels()
     assert max(collections.Counter(level.label for level in grid).values()) == 1
-    assert {name for level in grid for name in level.asked} == set(METHODS)
+    assert {name for level in grid for name in level.asked} == {name for kinds in SETTINGS.values() for name in kinds}
     assert {level.axis for level in grid} == set(AXES) == {axis for family in FAMILIES.values() for axis in family}
     assert all(level.scene in SETTINGS for level in grid)
 
@@ -67,7 +66,7 @@ def test_two_modes_cross_as_named():
 def test_a_finished_level_is_found_again(results, monkeypatch):
     def never(*_):
         raise AssertionError("judged again")
-    monkeypatch.setattr("rom.stability.survey.judge_level", never)
+    monkeypatch.setattr("atlas.survey.judge_level", never)
     again = atlas(quick=True)
     np.testing.assert_array_equal(again["outcome"].values, results["outcome"].values)
     np.testing.assert_array_equal(again["error"].values, results["error"].values)

@@ -11,16 +11,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from rom.bodies.body import Body
 from rom.bodies.places import chosen_dofs
 from rom.checks import real_number, whole_number
+from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 
-FIRST_CUT, LARGEST_CUT = 2.0, 64.0
-"""Frequencies up to which interior modes are taken, over the upper end of the band: at first, and at most."""
+FIRST_CUT, GROWTH = 2.0, 1.5
+"""Frequency up to which interior modes are taken at first, over the upper end of the band, and its growth."""
+MOST_MODES = 1000
+"""Of the interior, before a tolerance is given up."""
 CHECKS, MOST_RESONANCES = 7, 20
 """Frequencies at which the interface is compared: evenly over the band, and at resonances of the superelement."""
 CHECK_LOSS = 0.02
@@ -80,7 +84,10 @@ def craig_bampton(body: Body, interface: str | Iterable[str], *, modes: int | No
         raise ValueError(f"the interface is all {len(kept)} degrees of freedom: nothing is left to reduce; name fewer")
     stiffness, mass = sp.csr_array(body.model.stiffness), sp.csr_array(body.model.mass)
     interior = SecondOrderModel(stiffness[inside][:, inside], mass[inside][:, inside])
-    constraint = -interior.solve_static(stiffness[inside][:, kept].toarray())
+    try:
+        constraint = -interior.solve_static(stiffness[inside][:, kept].toarray())
+    except SolverError as error:
+        raise SolverError(f"the rest of the body moves though its interface is held ({error}): name more of it") from error
     if modes is not None:
         whole_number("modes", modes, 0, len(inside))
         return _reduced(body, kept, inside, constraint, interior, modes)
@@ -91,10 +98,10 @@ def craig_bampton(body: Body, interface: str | Iterable[str], *, modes: int | No
         error = float(interface_error(body, found, _checks(found, top)).max())
         if error <= tolerance or count == len(inside):
             return Superelement(found.body, found.basis, kept, error)
-        if cut >= LARGEST_CUT:
+        if count > MOST_MODES:
             raise ValueError(f"{count} modes, all below {cut * top:g} Hz, leave an error of {error:.1e} at the "
                              f"interface, tolerance={tolerance:g}: name modes, or allow more error")
-        cut *= 2
+        cut *= GROWTH
 
 
 def interface_error(body: Body, superelement: Superelement, frequency: ArrayLike,
@@ -127,9 +134,15 @@ def interface_error(body: Body, superelement: Superelement, frequency: ArrayLike
 
 def _checks(found: Superelement, top: float) -> np.ndarray:
     """Frequencies up to ``top`` where an error of the superelement would show [Hz]."""
-    resonances = found.body.model.natural_modes(below_hz=top).frequency_hz
-    some = resonances[np.unique(np.linspace(0, len(resonances) - 1, min(len(resonances), MOST_RESONANCES)).astype(int))]
-    return np.concatenate([top * np.linspace(1 / CHECKS, 1, CHECKS), some[some > 0]])
+    even = top * np.linspace(1 / CHECKS, 1, CHECKS)
+    stiffness, mass = found.body.model.stiffness.toarray(), found.body.model.mass.toarray()
+    shift = (2 * math.pi * top) ** 2  # with it the pencil is definite, however the body is held
+    inverse = scipy.linalg.eigh(mass, stiffness + shift * mass, eigvals_only=True)
+    square = 1 / inverse[inverse * 2 * shift >= 1] - shift
+    resonances = np.sqrt(np.maximum(square, 0)) / (2 * math.pi)
+    resonances = resonances[resonances > even[0] / CHECKS]
+    some = np.linspace(0, len(resonances) - 1, min(len(resonances), MOST_RESONANCES))
+    return np.concatenate([even, resonances[np.round(some).astype(int)]])
 
 
 def _reduced(body: Body, kept: np.ndarray, inside: np.ndarray, constraint: np.ndarray, interior: SecondOrderModel,

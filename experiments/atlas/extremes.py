@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rom.stability import excitation_extremes, load_extremes, numerical_extremes, tissue_extremes
-from rom.stability.level import Level
+from atlas import excitation_extremes, load_extremes, numerical_extremes, tissue_extremes
+from atlas.level import Level
 
 AXES: dict[str, Callable[[], list[Level]]] = {
     "incompressibility": tissue_extremes.incompressibility,

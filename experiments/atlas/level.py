@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rom.datasets import solve_cases
 from rom.datasets.schema import dataset_attributes
 from rom.fingertip import Fingertip
-from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
+from rom.scenes import CaseArrays, LinearScene
 
-STATIC, POINT, PATCH = StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name
+STATIC, POINT, PATCH = "static-point-forces", "harmonic-point-force", "harmonic-patch-forces"
 
 SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     STATIC: {
@@ -43,17 +42,17 @@ def same(tip: Fingertip) -> Fingertip:
     return tip
 
 
-def drawn(scene: Scene) -> xr.Dataset:
+def drawn(scene: LinearScene) -> xr.Dataset:
     """The ordinary training cases of a scene, solved directly."""
     return solved(scene, scene.sample(SNAPSHOTS[scene.name], seed=SEED))
 
 
-def solved(scene: Scene, arrays: CaseArrays) -> xr.Dataset:
+def solved(scene: LinearScene, arrays: CaseArrays) -> xr.Dataset:
     """A training dataset from given cases."""
-    return labelled(scene, arrays, solve_cases(scene, arrays)[0])
+    return labelled(scene, arrays, scene.solve(arrays)[0]["displacement"])
 
 
-def labelled(scene: Scene, arrays: CaseArrays, values: np.ndarray) -> xr.Dataset:
+def labelled(scene: LinearScene, arrays: CaseArrays, values: np.ndarray) -> xr.Dataset:
     """A training dataset from given cases and answers."""
     data = scene.label(scene.cases_from(arrays), values)
     data.attrs.update(dataset_attributes(scene))
@@ -80,7 +79,7 @@ class Level:
         ``truth(fingertip) -> Fingertip`` whose matrices tell right from wrong, on the same mesh; default: the
         scene's own.
     make : callable, optional
-        ``make(fingertip) -> Scene`` where the scene needs more than its name.
+        ``make(fingertip) -> LinearScene`` where the scene needs more than its name.
     snapshots : callable
         ``snapshots(scene) -> xr.Dataset``, for the methods that learn.
     settings : dict
@@ -103,11 +102,11 @@ class Level:
     name: str
     words: str
     scene: str
-    cases: Callable[[Scene], CaseArrays]
+    cases: Callable[[LinearScene], CaseArrays]
     change: Callable[[Fingertip], Fingertip] = same
     truth: Callable[[Fingertip], Fingertip] | None = None
-    make: Callable[[Fingertip], Scene] | None = None
-    snapshots: Callable[[Scene], xr.Dataset] = drawn
+    make: Callable[[Fingertip], LinearScene] | None = None
+    snapshots: Callable[[LinearScene], xr.Dataset] = drawn
     settings: dict[str, dict[str, Any]] = field(default_factory=dict)
     methods: tuple[str, ...] = ()
     skip: tuple[str, ...] = ()
@@ -144,9 +143,9 @@ def dimension_change(**values: float) -> Callable[[Fingertip], Fingertip]:
     return lambda tip: replace(tip, anatomy=tip.anatomy.replace(**values))
 
 
-def static_cases(scene: Scene) -> CaseArrays:
+def static_cases(scene: LinearScene) -> CaseArrays:
     """One force, and three at once."""
-    n = scene.n_pad
+    n = scene.n_loads
     return CaseArrays(np.array([[n // 3, 0, 0], [n // 5, n // 2, n - 2]]), np.array([[0.5, 0, 0], [0.3, 0.7, 0.2]]))
 
 
@@ -154,8 +153,8 @@ def harmonic_cases(frequency: float | list[float], loss_factor: float = 0.1, for
     """One force at a pad node (at the patch, along its normal) at each frequency [Hz]."""
     hertz = np.atleast_1d(np.asarray(frequency, dtype=float))
 
-    def cases(scene: Scene) -> CaseArrays:
-        node = 0 if scene.name == PATCH else scene.n_pad // 3
+    def cases(scene: LinearScene) -> CaseArrays:
+        node = 0 if scene.name == PATCH else scene.n_loads // 3
         return CaseArrays(np.full((len(hertz), 1), node), np.full((len(hertz), 1), force), hertz.copy(),
                           np.full(len(hertz), loss_factor))
     return cases

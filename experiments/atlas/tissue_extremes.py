@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rom.fingertip import Fingertip
-from rom.stability.level import (
+from atlas.level import (
     FULL_ORDER,
     NETWORKS,
     POINT,
@@ -16,6 +15,7 @@ from rom.stability.level import (
     static_cases,
     tissue_change,
 )
+from rom.fingertip import Fingertip
 
 LOCKING = 0.25
 """Difference of full integration to B-bar that is right: at Poisson's ratio 0.3, where nothing locks, the two differ by

@@ -15,15 +15,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from atlas.level import PATCH, POINT, STATIC
 from rom.errors import RomError
 from rom.metamodels.validity import Assessment
-from rom.scenes import HarmonicPatchForces, HarmonicPointForce, StaticPointForces
+from rom.scenes import get_scene
 
 RIGHT, WARNED, REFUSED, SILENT, CRASHED = OUTCOMES = ("right", "warned", "refused", "silent", "crashed")
 """From best to worst."""
 EXACT = 1e-6
 """Relative energy error up to which a method that claims to be exact is right."""
-GATES = {kind.name: kind.gate for kind in (StaticPointForces, HarmonicPointForce, HarmonicPatchForces)}
+GATES = {name: get_scene(name).gate for name in (STATIC, POINT, PATCH)}
 CLAIM_EXACT = ("direct", "direct-reused", "superposition", "modal-krylov")
 SPEAKING = frozenset({"ValidityWarning", "IllConditionedWarning"})
 """Warnings by which the toolkit says that an answer is in doubt; numpy's do not count."""

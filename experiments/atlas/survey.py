@@ -7,21 +7,15 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, replace
-from functools import partial
+from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from rom.cache import cached_path
-from rom.files import whole_file
-from rom.fingertip import Fingertip, MeshDensity
-from rom.fullorder import blas_threads
-from rom.fullorder import threads as solver_threads
-from rom.metamodels import METHODS
-from rom.provenance import source_digest, versions
-from rom.stability.extremes import AXES, levels
-from rom.stability.judge import (
+from atlas.extremes import AXES, levels
+from atlas.judge import (
     CRASHED,
     REFUSED,
     Record,
@@ -31,13 +25,19 @@ from rom.stability.judge import (
     tolerance_of,
     worst_of,
 )
-from rom.stability.level import Level
-from rom.stability.reference import energy_norm, true_answer
-from rom.stability.workshop import Workshop
+from atlas.level import Level
+from atlas.reference import energy_norm, true_answer
+from atlas.workshop import Workshop
+from rom.cache import cached_path
+from rom.files import whole_file
+from rom.fingertip import Fingertip, MeshDensity
+from rom.fullorder import blas_threads
+from rom.fullorder import threads as solver_threads
+from rom.metamodels import METHODS
+from rom.provenance import source_digest, versions
 
 DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
 QUICK_DENSITY = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
-SOURCES = ("stability", "metamodels", "datasets", "scenes", "fingertip", "fullorder", "errors.py")
 Progress = Callable[[Iterable, str], Iterable]
 NOT_ASKED = ""
 """Outcome where a method does not answer the level's scene, or the level does not concern it."""
@@ -155,10 +155,17 @@ def _residual(truth, scene, case, values: np.ndarray) -> float:
         return float(truth.residual(values[:, None], scene.force_vectors(case), *point)[0])
 
 
+@cache
+def _sources() -> str:
+    """Digest of the atlas and of every method that it asks."""
+    return source_digest(*(str(path) for path in Path(__file__).parent.glob("*.py")),
+                         *(place.partition(":")[0] for places in METHODS.values() for place in places))
+
+
 def _kept(workshop: Workshop, level: Level, names: Sequence[str]) -> dict[str, Any]:
     asked = {name: settings for name, settings in level.asked.items() if name in names}
     recipe = {"axis": level.axis, "level": level.name, "methods": asked, "fingertip": workshop.fingertip.to_dict(),
-              "source": source_digest(*SOURCES), "versions": versions()}
+              "source": _sources(), "versions": versions()}
     path = cached_path("stability", recipe, ".json")
     if path.exists():
         return json.loads(path.read_text(encoding="utf-8"))
