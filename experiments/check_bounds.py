@@ -126,20 +126,20 @@ def methods(scene: LinearScene, rng: np.random.Generator, cases: CaseArrays) -> 
     yield "modal-krylov", {"modes": modes, "vectors": int(rng.integers(1, 7)), **precision, **some}
 
 
-def check(seed: int) -> tuple[list[Verdict], collections.Counter]:
-    """All verdicts on one model, and what was refused."""
-    model, rng = draw(seed), np.random.default_rng([seed, 16])
+def check(seed: int, largest: int = 40, count: int = CASES) -> tuple[list[Verdict], collections.Counter]:
+    """All verdicts on one model and ``count`` cases of each kind, and what was refused."""
+    model, rng = draw(seed, largest), np.random.default_rng([seed, 16])
     truth, found, refused = Truth(model), [], collections.Counter()
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         for harmonic in (False, True):
             eigenvalue = sla.eigh(*_scaled(model), eigvals_only=True) if harmonic else None
-            cases = draw_cases(model, CASES, eigenvalue)
-            exact = [truth.answers(cases, i) for i in range(CASES)]
+            cases = draw_cases(model, count, eigenvalue)
+            exact = [truth.answers(cases, i) for i in range(count)]
             scene = model.scene(harmonic)
             claims = [*_of_methods(scene, cases, rng, refused), *_of_any_answer(scene, cases, exact, rng, refused)]
             for name, values, bound, relative in claims:
-                for i in range(CASES):
+                for i in range(count):
                     if exact[i] is not None and np.isfinite(values[i]).all():
                         miss, share = truth.least_errors(exact[i], values[i])
                         found.append(Verdict(seed, model.kind, name, i, share, float(relative[i])))

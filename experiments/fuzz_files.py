@@ -28,6 +28,7 @@ from rom.metamodels.networks.files import DIGEST, read_weights, write_weights
 
 from rom.datasets import make_dataset, make_whole_dataset, open_dataset, read_dataset
 from rom.datasets.storage import read_netcdf, write_netcdf
+from rom.datasets.tensors import DIGEST, read_weights, write_weights
 from rom.errors import RomError
 from rom.files import SEAL_BYTES
 from rom.fingertip import Fingertip, MeshDensity
@@ -210,8 +211,10 @@ def campaign(folder: Path, count: int, seed: int = 0, *, without_seal: bool = Fa
                 found[record["file"], record["outcome"]] += 1
             if record["outcome"] in ("other content", "traceback", "no sentence"):
                 say(json.dumps(record))
+        if code != 0 and not records:
+            raise RuntimeError(f"a batch did not start (exit status {code}): see its message above")
         if code != 0:
-            last = records[-1] if records else {"number": first, "file": "none"}
+            last = records[-1]
             found[last["file"], "crash"] += 1
             say(f"batch ended with {code}: {json.dumps(last)}")
             first = last["number"] + 1

@@ -165,7 +165,7 @@ def screenshots(results: xr.Dataset, folder: Path, quick: bool = False) -> list[
     export_page(model, exported)
     shown = folder / "screenshots"
     shown.mkdir(exist_ok=True)
-    pad, centre = model.scene.fingertip.mesh.pad_nodes, model.scene.fingertip.mesh.fingerprint_centroid
+    pad, centre = model.scene.body.fingertip.mesh.pad_nodes, model.scene.body.fingertip.mesh.fingerprint_centroid
     two = f"forces={centre}:0.1,{pad[len(pad) // 5]}:0.05"
     shots = (("laptop", f"?{two}&f=207", LAPTOP, {}), ("phone", "?f=207", PHONE, {"device_scale_factor": 2}),
              ("cut", "?f=163&cut=y:0", LAPTOP, {}), ("dark", "?f=120&quantity=phase", LAPTOP, {"color_scheme": "dark"}),

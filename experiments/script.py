@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import xarray as xr
 
 from rom.commands.progress import bar
-from rom.comparison.side_by_side import QUICK_DENSITY
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.fingertip import Fingertip
 from rom.provenance import stamp
@@ -32,8 +30,7 @@ def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
 
     `study` comes with full integration: so the modal study computed, and so the surfaces were calibrated to it.
     """
-    tip = Fingertip.preset(preset, formulation="full" if preset == "study" else "b-bar")
-    return replace(tip, density=QUICK_DENSITY) if quick else tip
+    return Fingertip.preset("quick" if quick else preset, formulation="full" if preset == "study" else "b-bar")
 
 
 def spoken(tip: Fingertip) -> str:

@@ -23,10 +23,10 @@ from analysis.tissue_damping import (
 )
 from tissue_loss_factors_figures import METHODS, draw, highest
 
-from rom.comparison.errors import relative_errors
 from rom.fingertip import DIRECTIONS
 from rom.fingertip.anatomy import TISSUES
 from rom.fullorder import Modes, SecondOrderModel
+from rom.relative import relative_errors
 from rom.reporting import html, words
 
 CONTRASTS = (0.0, 0.5, 1.0, 1.5, 2.0)

@@ -196,7 +196,7 @@ def check_seal(path: str | Path, most: float = float("inf")) -> bool:
     size = found.st_size - SEAL_BYTES
     if line is None:
         if _size_told(start) not in (None, found.st_size):
-            raise SchemaError(f"{path} is damaged at its end: delete it and make it again")
+            raise SchemaError(f"{path} is truncated or damaged at its end: delete it and make it again")
         log.info("%s carries no seal: it was written by another program or an older version", path)
         return False
     if int(line[2]) != size or (size <= most and line[1] != _digest(path, size)):

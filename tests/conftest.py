@@ -78,6 +78,12 @@ def patches_file(patches, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def glass_file():
+    """Twelve load paths on a section of 40 x 5 elements, which come with the toolkit."""
+    return Path(__file__).parents[1] / "data" / "finger-on-glass-small.nc"
+
+
+@pytest.fixture(scope="session")
 def static_data(static_file):
     return read_dataset(static_file)
 

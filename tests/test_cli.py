@@ -9,9 +9,9 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+from rom.comparison.settings import COMPARED
 
 from rom import cli
-from rom.comparison.settings import COMPARED
 from rom.datasets import read_dataset
 from rom.datasets.storage import read_netcdf
 from rom.fingertip import MeshDensity

@@ -1,14 +1,12 @@
 """Whatever is typed, the command line ends with exit code 0 or 2 and one sentence, never with a traceback."""
 
 import importlib
-import sys
 from pathlib import Path
 
 import pytest
+from hostile import HOSTILE, refuses_or_makes, words
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from hostile import HOSTILE, refuses_or_makes, words
 
 from rom import cli
 from rom.datasets import read_dataset

@@ -5,9 +5,9 @@ import sys
 
 import numpy as np
 import pytest
+from energy import energy_errors
 
 import rom
-from energy import energy_errors
 from rom.metamodels import create
 from rom.scenes import CaseArrays, get_scene
 from rom.solving import options

@@ -42,11 +42,11 @@ class SmallModel:
         return LinearScene(body, Loads.named(self.loads, [f"load {i}" for i in range(self.loads.shape[1])]), **options)
 
 
-def draw(seed: int) -> SmallModel:
-    """The model of a seed."""
+def draw(seed: int, largest: int = 40) -> SmallModel:
+    """The model of a seed, of 3 to about ``largest`` degrees of freedom."""
     rng = np.random.default_rng([seed, 14])
     kind = KINDS[int(rng.integers(len(KINDS)))]
-    n = int(rng.integers(3, 41))
+    n = int(rng.integers(3, largest + 1))
     stiffness, mass = _matrices(kind, n, rng)
     if rng.random() < 0.3:
         stiffness, mass = (matrix * 10.0 ** rng.uniform(-30, 30) for matrix in (stiffness, mass))
@@ -117,9 +117,9 @@ def _matrices(kind: str, n: int, rng: np.random.Generator) -> tuple[np.ndarray, 
             spring = rng.uniform(0.5, 2.0)
             matrix[[i, i + 1], [i, i + 1]] += spring
             matrix[[i, i + 1], [i + 1, i]] -= spring
-        return _held(matrix, rng, 10.0 ** rng.uniform(-15, -2)), mass
+        return _held(matrix, rng, 10.0 ** rng.uniform(-13, -2)), mass
     if kind == "badly scaled":  # other units for every degree of freedom
-        scale = np.exp2(np.round(rng.uniform(-1, 1, n) * rng.uniform(2, 40)))
+        scale = np.exp2(np.round(rng.uniform(-1, 1, n) * rng.uniform(2, 24)))
         return stiffness * np.outer(scale, scale), mass * np.outer(scale, scale)
     if kind == "stiff parts":
         scale = np.where(rng.random(n) < 0.3, 10.0 ** rng.uniform(2, 8), 1.0)

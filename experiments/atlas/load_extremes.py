@@ -77,7 +77,7 @@ def opposed_forces() -> list[Level]:
 
 
 def _opposed(rest: float, harmonic: bool) -> Callable[[LinearScene], CaseArrays]:
-    def cases(scene: Scene) -> CaseArrays:
+    def cases(scene: LinearScene) -> CaseArrays:
         node = np.full((1, 2), 0 if harmonic else scene.n_loads // 2)
         force = np.array([[0.1, -0.1 * (1.0 - rest)]])
         return CaseArrays(node, force.astype(complex), np.array([120.0]), np.array([0.1])) if harmonic else CaseArrays(

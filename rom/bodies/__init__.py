@@ -1,6 +1,6 @@
 """Bodies: linear second-order models with names, nodes and loads; knows no fingertip."""
 
-from rom.bodies.body import Body, Coarser
+from rom.bodies.body import Body, Coarser, Outline
 from rom.bodies.from_mesh import Material
 from rom.bodies.grid import Grid
 from rom.bodies.loads import Loads
@@ -8,4 +8,4 @@ from rom.bodies.reading import read_body
 
 body_from_mesh = Body.from_mesh
 
-__all__ = ["Body", "Coarser", "Grid", "Loads", "Material", "body_from_mesh", "read_body"]
+__all__ = ["Body", "Coarser", "Grid", "Loads", "Material", "Outline", "body_from_mesh", "read_body"]

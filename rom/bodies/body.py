@@ -24,6 +24,17 @@ class Coarser(NamedTuple):
     """(n, n of the other body): carries its displacements to this body by interpolation."""
 
 
+class Outline(NamedTuple):
+    """What the matrices of a body hold, known before anything is assembled where that is possible."""
+
+    pattern: Any
+    """(n, n) sparse array, nonzero where K is."""
+    stiffness: tuple[int, ...]
+    """Stored entries of K, in the last place; before it those of its parts by region."""
+    mass: tuple[int, ...]
+    """The same of M; empty where there is none."""
+
+
 class Body:
     """A linear body made from matrices; the fingertip is one by inheritance, with everything made when asked for.
 
@@ -119,6 +130,11 @@ class Body:
     def coarser(self, scale: float) -> Coarser:
         """The same body with ``scale`` times as many elements along each edge; ValueError where there is no other."""
         raise ValueError(f"{self.name} has no other mesh: leave out the methods that solve on one")
+
+    def outline(self) -> Outline:
+        """What its matrices hold."""
+        mass = (self.model.mass.nnz,) if self.has_mass else ()
+        return Outline(self.model.stiffness, (self.model.stiffness.nnz,), mass)
 
     def afresh(self) -> Body:
         """The same body with nothing factorised yet."""

@@ -212,8 +212,5 @@ def block_product(rows: Floats, columns: Floats) -> tuple[Floats, int]:
 
 
 def _squares(fields: np.ndarray, weight: Floats) -> Floats:
-    if np.iscomplexobj(fields):
-        return np.einsum("...n,...n,n->...", fields.real, fields.real, weight, optimize=True) + np.einsum(
-            "...n,...n,n->...", fields.imag, fields.imag, weight, optimize=True)
-    return np.einsum("...n,...n,n->...", fields, fields, weight, optimize=True)
-
+    parts = (fields.real, fields.imag) if np.iscomplexobj(fields) else (fields,)
+    return np.asarray(sum((part * part) @ weight for part in parts))

@@ -89,6 +89,8 @@ class Metamodel(ABC):
         reason = self.why_not(scene)
         if reason is not None:
             raise ValueError(f"{self.name} does not apply to {scene.name}: {reason}")
+        if settings and type(self).__init__ is Metamodel.__init__:
+            raise TypeError(f"{self.name} has no settings")
         self.scene: Any = scene
         self.settings = settings
         self.fitted = False

@@ -26,6 +26,8 @@ import xarray as xr
 
 from rom.metamodels.basis import Basis
 
+ARRAYS = "arrays"
+"""Attribute of a file that names its variables, so that one that was lost is missed."""
 SEPARATOR = "."
 """Between the keys of nested arrays, in names of variables."""
 
@@ -72,7 +74,7 @@ def to_dataset(model: Any, declared: Iterable[Stored], prefix: str = "") -> xr.D
             dims = entry.dims or tuple(f"{key}_{axis}" for axis in range(array.ndim))
             words = {"long_name": entry.long_name, "units": entry.units} if entry.long_name else {}
             data[key] = (dims, array, words)
-    return data.assign_attrs(attributes)
+    return data.assign_attrs(attributes, **{ARRAYS: " ".join(map(str, data.data_vars))})
 
 
 def from_dataset(model: Any, declared: Iterable[Stored], data: xr.Dataset, prefix: str = "") -> None:
@@ -80,6 +82,8 @@ def from_dataset(model: Any, declared: Iterable[Stored], data: xr.Dataset, prefi
 
     What is a `Basis` in the class's annotations becomes one; nested arrays become dicts with the same keys.
     """
+    for lost in sorted(set(str(data.attrs.get(ARRAYS, "")).split()) - set(data.data_vars)):
+        raise KeyError(lost)
     for entry in declared:
         name = prefix + entry.attribute.lstrip("_")
         if entry.part is not None:

@@ -90,7 +90,10 @@ def learners(found: Results) -> Iterator[str]:
     for split in found.splits:
         good = [m for m in found.learners if found.within(found.gate, [split])[found.entries(m)].any()]
         counts.append(f"{words.listed(good) if good else 'none'} on the {split} split")
-    yield f"Of the methods that learn from solved cases, within {gate} at some setting: {'; '.join(counts)}."
+    if all(text.startswith("none") for text in counts):
+        yield f"No method that learns from solved cases stays within {gate} at any setting."
+    else:
+        yield f"Of the methods that learn from solved cases, within {gate} at some setting: {'; '.join(counts)}."
 
 
 def mesh(found: Results) -> Iterator[str]:

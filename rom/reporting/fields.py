@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rom.reporting import words
+from rom.reporting.cases import case_words, worst_case
 from rom.reporting.figure import COLUMN, Figure, sheet
 from rom.reporting.results import Results
 from rom.reporting.skin import draw_skin
@@ -39,7 +40,7 @@ def worst_fields(found: Results) -> Figure | None:
         _strip(band, {found.truth: truth, found.method[entry]: answer, "difference": answer - truth}, position, quads,
                _loads(found, entry, node))
         told = ", ".join(part for part in (f"{found.name(entry)}: {words.error(_error(found, row, entry))} off",
-                                           found.case_words(entry)) if part)
+                                           case_words(found, entry)) if part)
         band.suptitle(textwrap.fill(told, 88), fontsize=9, x=0.01, ha="left")
     return Figure("worst-fields.png", figure,
                   f"The worst held-out case of some methods on the {found.splits[0]} split, drawn on the deformed "
@@ -122,7 +123,7 @@ def length_unit(largest: float) -> tuple[str, float]:
 
 def _loads(found: Results, entry: int, node: str) -> np.ndarray:
     """Rows along the drawn nodes at which the loads of an entry's worst case act."""
-    case = found.worst_case(entry)
+    case = worst_case(found, entry)
     if case is None or "load_node" not in found.data.variables:
         return np.zeros(0, dtype=int)
     loads = np.ravel(found.data["load_node"].isel(case=case).values)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rom.reporting import palette, words
+from rom.reporting.cases import Input, inputs_of
 from rom.reporting.figure import COLUMN, Figure, dodged, drawable, error_panel, legend_below, sheet, spread
-from rom.reporting.results import Input, Results
+from rom.reporting.results import Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +24,7 @@ MOST_BANDS = 4
 
 def error_over_inputs(found: Results) -> Figure | None:
     """Largest and median error over each input, a row an input, a column a split."""
-    inputs = found.inputs if "case_error" in found.data else []
+    inputs = inputs_of(found) if "case_error" in found.data else []
     if not inputs:
         return None
     rows, columns = len(inputs), len(found.splits)

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rom.reporting import words
+from rom.reporting.cases import case_words
 from rom.reporting.figure import COLUMN, Figure, drawable, error_panel, legend_below, sheet, tidy
 from rom.reporting.results import Results
 
@@ -87,7 +88,7 @@ def worst_curves(found: Results) -> Figure | None:
             axes.set_ylabel(f"{long} [{unit}]", fontsize=8)
             axes.tick_params(labelsize=8)
             tidy(axes)
-        panels[0].set_title(textwrap.fill(f"{found.method[entry]}: {found.case_words(entry)}", 80), fontsize=8.5,
+        panels[0].set_title(textwrap.fill(f"{found.method[entry]}: {case_words(found, entry)}", 80), fontsize=8.5,
                             loc="left")
     for axes in grid[-1]:
         axes.set_xlabel(title, fontsize=9)

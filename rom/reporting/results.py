@@ -11,35 +11,18 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from rom.reporting import palette, words
+from rom.reporting import palette
 
 REQUIRED = ("method", "setting", "headline", "split", "error_max", "online_seconds")
 FULL_ORDER = ("direct", "direct-reused")
-FEW = 8
-"""An input with so many values or fewer is drawn value by value."""
-CATEGORIES = 12
-"""Words with more values than that are names of things, not an input to draw errors over."""
 WORKLOADS = {"one": "online_seconds", "batch": "batch_seconds", "part": "output_seconds", "call": "predict_seconds"}
 """What one may want a method to do, by the variable that holds its time: one answer as an array, an answer in a large
 batch, only the part of it that the scene wants, one labelled answer with all that `predict` says of it."""
-
-
-class Input(NamedTuple):
-    """Something that varies from case to case."""
-
-    name: str
-    title: str
-    values: np.ndarray
-
-    @property
-    def few(self) -> bool:
-        """Whether it takes a few values only, or none that can be put on an axis."""
-        return self.values.dtype.kind not in "iuf" or len(np.unique(self.values)) <= FEW
 
 
 class Results:
@@ -185,13 +168,14 @@ class Results:
 
     def errors(self, split: str, statistic: str = "max") -> np.ndarray:
         """(entry,) ndarray: relative error over the held-out cases; statistic max, p95 or median."""
-        return self._by_split(f"error_{statistic}", split)
+        return self.by_split(f"error_{statistic}", split)
 
     def projection_errors(self, split: str) -> np.ndarray:
         """(entry,) ndarray: best error that a method's own basis allows."""
-        return self._by_split("projection_error_max", split)
+        return self.by_split("projection_error_max", split)
 
-    def _by_split(self, name: str, split: str) -> np.ndarray:
+    def by_split(self, name: str, split: str) -> np.ndarray:
+        """(entry,) ndarray: a variable along (entry, split) at one split; NaN where absent."""
         if name not in self.data or split not in self.splits:
             return np.full(len(self.method), np.nan)
         return np.asarray(self.data[name].transpose("entry", "split").values[:, self.splits.index(split)], dtype=float)
@@ -255,7 +239,7 @@ class Results:
     def within(self, level: float, splits: Sequence[str]) -> np.ndarray:
         """(entry,) ndarray of bool: entries that may be chosen for a level of error on all of some splits."""
         name = "validation_error_max" if self.validated else "error_max"
-        return np.all([self._by_split(name, split) <= level for split in splits], axis=0)
+        return np.all([self.by_split(name, split) <= level for split in splits], axis=0)
 
     def fastest(self, allowed: np.ndarray, cost: np.ndarray) -> int | None:
         """The entry of least cost among those allowed, full-order methods aside; None where there is none."""
@@ -279,45 +263,6 @@ class Results:
     def partial(self) -> str:
         """What an answer consists of where the whole is not wanted."""
         return self.text("partial_output") or "part that is wanted"
-
-    @cached_property
-    def inputs(self) -> list[Input]:
-        """What varies from case to case: quantities, a few categories, and how many of several things a case has."""
-        found = []
-        for name, one in self._of_cases.items():
-            unit, title = one.attrs.get("units", ""), str(one.attrs.get("long_name", name.replace("_", " ")))
-            if one.ndim == 1 and (one.dtype.kind == "f" or len(np.unique(one.values)) <= CATEGORIES):
-                found.append(Input(name, f"{title} [{unit}]" if unit else title, one.values))
-            elif one.ndim == 2 and one.dtype.kind in "iu":
-                other = next(str(dim) for dim in one.dims if dim != "case")
-                found.append(Input(name, f"number of {other}s", (one.transpose("case", ...).values >= 0).sum(axis=1)))
-        return [one for one in found if len(np.unique(one.values)) > 1]
-
-    @cached_property
-    def _of_cases(self) -> dict[str, xr.DataArray]:
-        """What describes a case; whole numbers count rows or parts of a split and do not."""
-        return {str(name): self.data[name] for name, one in self.data.variables.items()
-                if "case" in one.dims and "entry" not in one.dims and not (one.ndim == 1 and one.dtype.kind in "iub")}
-
-    def worst_case(self, entry: int) -> int | None:
-        """Position along ``case`` of an entry's worst case on the first split; None where that is not stored."""
-        if not {"worst_case", "case"} <= set(map(str, self.data.variables)):
-            return None
-        return next(iter(np.flatnonzero(
-            self.data["case"].values == self._by_split("worst_case", self.splits[0])[entry]).tolist()), None)
-
-    def case_words(self, entry: int) -> str:
-        """The inputs of an entry's worst case on the first split; empty where that is not stored."""
-        case, parts = self.worst_case(entry), []
-        for name, one in self._of_cases.items() if case is not None else ():
-            value = one.isel(case=case)
-            if one.ndim == 2 and one.dtype.kind in "iu":
-                parts.append(f"{name.replace('_', ' ')} {words.listed([str(v) for v in value.values if v >= 0])}")
-            elif one.ndim == 1 and one.dtype.kind == "f":
-                parts.append(f"{name.replace('_', ' ')} {words.measure(float(value), one.attrs.get('units', ''))}")
-            elif one.ndim == 1:
-                parts.append(str(value.values))
-        return ", ".join(parts)
 
     def text(self, name: str, default: str = "") -> str:
         """A global attribute as text."""

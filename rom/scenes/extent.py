@@ -29,7 +29,7 @@ class Extent(NamedTuple):
     quick_cases: int = 240
     least_cases: int = 10
     least_beyond: int = 8
-    validation: int = 48
+    validation: int = 32
     batch: int = 2048
     quick_batch: int = 256
     floor_scale: float = 1.25

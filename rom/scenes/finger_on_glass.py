@@ -92,6 +92,7 @@ class FingerOnGlass(Scene):
     extent: ClassVar[Extent] = Extent(seed=4817, cases=240, quick_cases=18, least_cases=15, least_beyond=3, validation=9,
                                       batch=64, quick_batch=64, floor_scale=1.6)
     quick_options: ClassVar[dict[str, Any]] = {"rays": 40, "layers": 5}
+    recommended: ClassVar[str] = "pod-galerkin"
     solver: ClassVar[str] = "Newton's method along the path, every step converged to 1e-8"
     inputs: ClassVar[tuple[Input, ...]] = INPUTS
     quantities: ClassVar[dict[str, Quantity]] = QUANTITIES

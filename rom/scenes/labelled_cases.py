@@ -147,8 +147,13 @@ class LoadLabels:
         ValueError
             For labels that no load has.
         """
+        return self._read(data)[0]
+
+    def _read(self, data: xr.Dataset) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Columns, and where each label is missing."""
         dims = ("case", "force")
         absent, number = np.zeros((), dtype=bool), np.zeros((), dtype=np.int64)
+        lacking = {}
         for name, distinct in self.distinct.items():
             if distinct.dtype.kind == "U":
                 place = categories(data, name, dims, distinct.tolist())
@@ -160,7 +165,7 @@ class LoadLabels:
                 if wrong.any():
                     raise ValueError(f"{name} {shown(values[wrong][0].item())} cannot carry load: choose among the "
                                      f"{len(distinct)} of this scene's loads, {_listed(distinct)}")
-            absent = absent | missing
+            absent, lacking[name] = absent | missing, missing
             number = number * len(distinct) + place
         column = _places(number, self.number)
         mixed = (column == NO_FORCE) & ~absent
@@ -168,7 +173,7 @@ class LoadLabels:
             case, force = np.argwhere(mixed)[0]
             raise ValueError(f"force {force} of case {case} has labels of different loads: give "
                              f"{', '.join(self.distinct)} of one")
-        return np.where(absent, NO_FORCE, column)
+        return np.where(absent, NO_FORCE, column), lacking
 
     def forces(self, data: xr.Dataset, amplitude: str = "force_amplitude", unit: str = "N"
                ) -> tuple[np.ndarray, np.ndarray]:
@@ -184,13 +189,15 @@ class LoadLabels:
         ValueError
             For labels that no load has, and an amplitude without a load.
         """
-        column, force = self.columns(data), numbers(data, amplitude, ("case", "force"), unit)
+        column, lacking = self._read(data)
+        force = numbers(data, amplitude, ("case", "force"), unit)
         absent = column == NO_FORCE
         lost = absent & (force != 0.0) & ~np.isnan(force)
         if lost.any():
             case, place = np.argwhere(lost)[0]
+            name = next(name for name, missing in lacking.items() if missing[case, place])
             raise ValueError(f"force {place} of case {case} has the amplitude {force[case, place]:g} {unit} but no "
-                             f"{next(iter(self.distinct))}: give both, or neither")
+                             f"{name}: give both, or neither")
         return column, np.where(absent, 0.0, force)
 
 

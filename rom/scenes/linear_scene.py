@@ -275,6 +275,10 @@ class LinearScene(Scene):
         return chosen if chosen.any() else np.ones(len(rows), dtype=bool)
 
     @property
+    def recommended(self) -> str:  # type: ignore[override]
+        return "modal-krylov" if self.harmonic else "superposition"  # it bounds its own error; it is exact
+
+    @property
     def solver(self) -> str:  # type: ignore[override]
         kind = "complex" if self.harmonic else "real"
         return f"{self.model.backend}, {kind} symmetric, symbolic phase reused"

@@ -72,6 +72,8 @@ class Scene(ABC):
     """Quantities that results tell along the positions of a worst case, by the short names that they have there."""
     extent: Extent = Extent()
     """How much of the scene a comparison looks at."""
+    recommended: str = "direct"
+    """Name of the method that serves the scene best where nothing else is said."""
     quick_options: dict[str, Any] = {}
     """Arguments of the scene's factory for a coarse mesh: a check that everything runs."""
     solver: str = ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -48,8 +47,8 @@ def test_refusals(whole, tmp_path, capsys, method, output, options, reason):
     assert reason in capsys.readouterr().err
 
 
-def test_load_paths_are_refused(tmp_path, capsys):
-    paths = Path(__file__).parents[2] / "data" / "finger-on-glass-small.nc"
+def test_load_paths_are_refused(glass_file, tmp_path, capsys):
+    paths = glass_file
     assert main(["train", "mlp", str(paths), "--output", str(tmp_path / "a.safetensors")]) == 2
     assert "holds load paths of finger-on-glass" in capsys.readouterr().err
 

@@ -1,7 +1,6 @@
 """Datasets of load paths: drawn, solved on workers, resumed, read, refused."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,6 @@ from rom.datasets import draw_cases, make_dataset, read_dataset, select, snapsho
 from rom.errors import SchemaError
 from rom.scenes import get_scene
 from rom.scenes.path_answers import QUANTITIES, solve_path
-
-SMALL = Path(__file__).parents[2] / "data" / "finger-on-glass-small.nc"
 
 
 @pytest.fixture(scope="module")
@@ -140,8 +137,8 @@ def test_foreign_and_truncated_files_are_refused(scene, made, tmp_path, static_f
         assert "\n" not in str(refusal.value)
 
 
-def test_small_dataset_is_complete():
-    data = read_dataset(SMALL)
+def test_small_dataset_is_complete(glass_file):
+    data = read_dataset(glass_file)
     assert data.sizes["case"] == 12 and data.sizes["node"] == 240  # 40 rays of 6 nodes
     assert data["reached"].values.all() and (data["reason"] == "").all()
     assert sorted(np.bincount(data["variant"].values)) == [4, 4, 4]

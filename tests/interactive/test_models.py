@@ -4,10 +4,10 @@ import logging
 
 import numpy as np
 import pytest
+from rom.comparison.settings import QUICK_CURVES
 
 from rom.commands.progress import patient_bar
 from rom.comparison.entries import fit_entries
-from rom.comparison.settings import QUICK_CURVES
 from rom.comparison.side_by_side import SEED, beyond_count, find_truth, no_progress
 from rom.interactive import models as offered
 from rom.interactive.models import MODAL, REFERENCE, Models

@@ -8,11 +8,11 @@ import secrets
 
 import numpy as np
 import pytest
-
-from rom.relative import relative_errors
 from energy import energy_errors
+
 from rom.fingertip import Fingertip
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 
 pytestmark = pytest.mark.accuracy

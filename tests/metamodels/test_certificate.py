@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from energy import energy_errors
+
 from rom.metamodels import create
 from rom.scenes import CaseArrays
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rom.relative import relative_errors
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 
 

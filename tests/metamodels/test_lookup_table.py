@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rom.relative import relative_errors
 from rom.metamodels import create
 from rom.metamodels.lookup_table import lagrange
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 
 ROM = {"modes": 30, "vectors": 4}

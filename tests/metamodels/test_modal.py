@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from rom.relative import relative_errors
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 
 
@@ -111,5 +111,5 @@ def test_impossible_settings_are_refused(harmonic, name, settings, message):
 
 
 def test_modes_answer_no_static_scene(static):
-    with pytest.raises(ValueError, match=f"modal does not apply to {"static-point-forces"}"):
+    with pytest.raises(ValueError, match="modal does not apply to static-point-forces"):
         create("modal", static)

@@ -5,13 +5,13 @@ import warnings
 import numpy as np
 import pytest
 from conformance import ROWS
-
 from energy import energy_errors
-from rom.datasets.snapshots import concatenate
+
 from rom.errors import SolverError
 from rom.metamodels import ValidityWarning, create, load
 from rom.metamodels.residual_bound import ResidualBound, residual_bound
-from rom.metamodels.validity import UNJUDGED, TrainedRange
+from rom.metamodels.trained import TrainedRange
+from rom.metamodels.validity import UNJUDGED
 from rom.scenes import CaseArrays
 
 ROUNDING = 1e-10
@@ -38,7 +38,7 @@ def model(row, scene, data_of):
 @pytest.fixture(scope="module")
 def arrays(scene):
     """Cases that no fixture's dataset was drawn from, within the published ranges and beyond."""
-    return concatenate(scene.sample(8, 91), scene.sample_beyond(8, 91))
+    return scene.sample(8, 91).joined(scene.sample_beyond(8, 91))
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from synthetic_contact import make_contact
 from synthetic_results import make
 
 from rom.reporting import words
+from rom.reporting.cases import case_words, inputs_of
 from rom.reporting.fields import snapshot
 from rom.reporting.inputs import binned, kept_from_training
 from rom.reporting.palette import COLOURS, style
@@ -73,7 +74,7 @@ def test_bins_do_not_straddle_an_edge():
 
 def test_intervals_kept_from_training_are_found_in_the_cases():
     found = Results(make("harmonic"))
-    by_name = {one.name: one for one in found.inputs}
+    by_name = {one.name: one for one in inputs_of(found)}
     (low, high), (low2, high2), (low3, high3) = kept_from_training(found, by_name["frequency"])
     assert 111 <= low < high <= 127  # the bands and the range of synthetic_results, half a step aside
     assert 205 <= low2 < high2 <= 221
@@ -81,10 +82,22 @@ def test_intervals_kept_from_training_are_found_in_the_cases():
 
 
 def test_inputs_are_what_varies_from_case_to_case():
-    assert [one.title for one in Results(make("harmonic")).inputs] == ["frequency", "loss factor"]
-    (one,) = Results(make("static")).inputs
+    assert [one.title for one in inputs_of(Results(make("harmonic")))] == ["frequency", "loss factor"]
+    (one,) = inputs_of(Results(make("static")))
     assert (one.title, sorted(set(one.values))) == ("number of forces", [1, 2, 3, 4, 5])
-    assert [one.name for one in Results(make_contact()).inputs] == ["variant", "c", "friction", "normal_force"]
+    assert [one.name for one in inputs_of(Results(make_contact()))] == ["variant", "c", "friction", "normal_force"]
+
+
+def test_named_loads_are_an_input_where_they_are_few():
+    data = make("static", cases=40)
+    one = data.drop_vars(["load_node", "force"], errors="ignore").assign_coords(
+        load=(("case", "force"), np.array([["a"], ["b"]])[np.arange(40) % 2]), hard_region=data["hard_region"])
+    assert [(given.name, set(given.values)) for given in inputs_of(Results(one))] == [("load", {"a", "b"})]
+    assert case_words(Results(one), 1) in ("load a", "load b")
+    two = one.drop_vars("load").assign_coords(load=(("case", "force"), np.array([["a", ""], ["a", "b"]])[
+        np.arange(40) % 2]))
+    assert [(given.title, set(given.values)) for given in inputs_of(Results(two))] == [("number of forces", {1, 2})]
+    assert {case_words(Results(two), k) for k in range(4)} <= {"load a", "load a and b"}
 
 
 def test_a_long_axis_needs_no_exponents():

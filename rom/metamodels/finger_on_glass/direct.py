@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.glass import joined_reasons, not_on_glass
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.validity import Assessment
@@ -28,6 +29,10 @@ class PathDirect(Metamodel):
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
         return not_on_glass(scene)
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(solves=True)
 
     def __init__(self, scene: FingerOnGlass) -> None:
         super().__init__(scene)

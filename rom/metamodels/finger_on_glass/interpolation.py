@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rom.checks import choice, whole_number
-from rom.metamodels.facts import Curve
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.finger_on_glass.features import dimensionless
 from rom.metamodels.finger_on_glass.glass import check_learned, not_on_glass
 from rom.metamodels.metamodel import Metamodel
@@ -50,6 +50,10 @@ class PathInterpolation(Metamodel):
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
         return not_on_glass(scene)
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False)
 
     def __init__(self, scene: FingerOnGlass, kind: str = "radial", neighbours: int = 5) -> None:
         choice("kind", kind, KINDS)

@@ -10,6 +10,7 @@ import xarray as xr
 
 from rom.checks import choice, whole_number
 from rom.finger_on_glass.tissue import VARIANTS
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.features import dimensionless
 from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, not_on_glass
 from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
@@ -53,6 +54,10 @@ class OnModes(Metamodel):
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
         return not_on_glass(scene)
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False)
 
     def __init__(self, scene: FingerOnGlass, rank: int | None, registration: str, **settings: Any) -> None:
         choice("registration", registration, REGISTRATIONS)

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.datasets.contact_schema import QUANTITIES, dataset_attributes, label_answers
-from rom.datasets.path_solutions import solve_path
+from rom.datasets.schema import dataset_attributes
 from rom.finger_on_glass.contact import Glass
 from rom.finger_on_glass.equilibrium import solve_step
 from rom.finger_on_glass.finger import Finger
 from rom.finger_on_glass.tissue import Tissue
 from rom.metamodels import load
-from rom.metamodels.finger_on_glass.galerkin import ContactGalerkin
+from rom.metamodels.finger_on_glass.galerkin import PathGalerkin
 from rom.metamodels.finger_on_glass.hyper_reduction import (
     ReducedSpace,
     displacement_shares,
@@ -27,7 +26,8 @@ from rom.metamodels.finger_on_glass.hyper_reduction import (
 )
 from rom.metamodels.finger_on_glass.reduced_equations import Constants, Contact, assemble, volumes
 from rom.metamodels.finger_on_glass.reduced_path import Controls, history_of, reduced_step
-from rom.scenes import FingerOnGlass, PathArrays
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.paths import PathArrays
 
 SCENE = FingerOnGlass(rays=28, layers=3)
 TIGHT = Controls(1e-9, 1e-10)
@@ -41,19 +41,17 @@ def paths_of(variant: int, count: int, seed: int) -> PathArrays:
 @pytest.fixture(scope="module")
 def truth() -> xr.Dataset:
     """Eight paths of the radial and of the random variant, solved by the full model."""
-    parts = [paths_of(v, 8, 3) for v in (0, 2)]
-    paths = PathArrays(*(np.concatenate(pair) for pair in zip(*parts, strict=True)))
-    solved = [solve_path(SCENE, paths, i) for i in range(len(paths))]
-    data = label_answers(SCENE, SCENE.cases_from(paths), {
-        name: np.stack([values[name] for values, _ in solved]) for name in QUANTITIES})
-    data["reached"] = (("path", "position"), np.stack([record["reached"] for _, record in solved]))
+    paths = paths_of(0, 8, 3).joined(paths_of(2, 8, 3))
+    answers, record = SCENE.solve(paths)
+    data = SCENE.label(SCENE.cases_from(paths), answers)
+    data["reached"] = (("case", "position"), record["reached"])
     data.attrs = dataset_attributes(SCENE)
     return data
 
 
 @pytest.fixture(scope="module")
-def learned(truth) -> ContactGalerkin:
-    return ContactGalerkin(SCENE, rank=16, pressure_rank=6, sampling=2e-3).fit(truth.isel(path=HELD_IN))
+def learned(truth) -> PathGalerkin:
+    return PathGalerkin(SCENE, rank=16, pressure_rank=6, sampling=2e-3).fit(truth.isel(case=HELD_IN))
 
 
 HELD_IN, HELD_OUT = [*range(6), *range(8, 14)], [6, 7, 14, 15]
@@ -96,7 +94,7 @@ def test_is_exact_where_nothing_is_left_out(variant):
 def small_finger(truth: xr.Dataset, variant: int, rank: int = 12):
     """A reduced finger with every point, and states and constants of its training paths."""
     finger = SCENE.finger(paths_of(variant, 8, 3), 0)
-    mine = truth.isel(path=[0, 1, 2] if variant == 0 else [8, 9, 10])
+    mine = truth.isel(case=[0, 1, 2] if variant == 0 else [8, 9, 10])
     rows = 1e3 * mine["displacement"].values.reshape(3 * SCENE.n_positions, -1)
     pressures = pressure_modes(finger, np.random.default_rng(0).standard_normal((9, len(finger.mesh.quads))), 4)
     vectors = orthonormal(principal_directions(rows, rank), supremizers(finger, pressures))
@@ -146,7 +144,7 @@ def test_sampled_points_meet_the_training_forces(truth):
 
 
 def test_held_out_paths_are_lawful_and_close(learned, truth):
-    cases = truth.isel(path=HELD_OUT)
+    cases = truth.isel(case=HELD_OUT)
     answer = learned.evaluate(SCENE.read(cases))
     force = cases["normal_force"].values[:, None] * SCENE.force_share
     friction = cases["friction"].values[:, None]
@@ -161,7 +159,7 @@ def test_held_out_paths_are_lawful_and_close(learned, truth):
 
 
 def test_pressing_harder_than_the_tissue_bears_is_said(learned, truth):
-    cases = truth.isel(path=HELD_OUT[:1]).copy()
+    cases = truth.isel(case=HELD_OUT[:1]).copy()
     cases["normal_force"] = cases["normal_force"] * 0 + 900.0
     with pytest.warns(UserWarning, match="does not stand behind"):
         answer = learned.predict(cases)
@@ -170,10 +168,10 @@ def test_pressing_harder_than_the_tissue_bears_is_said(learned, truth):
 
 
 def test_save_load_and_refit_change_nothing(learned, truth, tmp_path):
-    paths = SCENE.read(truth.isel(path=HELD_OUT[1:3]))
+    paths = SCENE.read(truth.isel(case=HELD_OUT[1:3]))
     learned.save(tmp_path / "model.nc")
     again = load(tmp_path / "model.nc")
-    refitted = ContactGalerkin(SCENE, **learned.settings).fit(truth.isel(path=HELD_IN))
+    refitted = PathGalerkin(SCENE, **learned.settings).fit(truth.isel(case=HELD_IN))
     expected = learned.evaluate(paths)
     for other in (again, refitted):
         for name, values in other.evaluate(paths).items():
@@ -184,4 +182,4 @@ def test_save_load_and_refit_change_nothing(learned, truth, tmp_path):
                                                 ("stick_stiffness", -1.0), ("tolerance", None)])
 def test_refuses_settings_that_cannot_be(setting, value):
     with pytest.raises(ValueError, match=setting):
-        ContactGalerkin(SCENE, **{setting: value})
+        PathGalerkin(SCENE, **{setting: value})

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rom.datasets import solve_cases
 from rom.datasets.schema import dataset_attributes
-from rom.metamodels import Metamodel, create, metamodel_class
+from rom.metamodels import Metamodel, applicable, create
 from rom.scenes import CaseArrays, Scene
 
 SETTINGS = {
@@ -51,7 +50,7 @@ def snapshots_of(scene_of, data_of):
     known: dict[str, Snapshots] = {}
 
     def find(name: str) -> Snapshots:
-        scene = scene_of[metamodel_class(name).scenes[0]]
+        scene = next(scene for scene in scene_of.values() if applicable(scene)[name] is None)
         if scene.name not in known:
             if scene.harmonic:
                 arrays = every_node_at_random_points(scene)

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from safetensors.numpy import save_file
 
+from rom.datasets.tensors import REQUIRED, read_attributes, read_weights, write_weights
 from rom.errors import SchemaError
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import load, metamodel_class
-from rom.datasets.tensors import REQUIRED, read_attributes, read_weights, write_weights
 from rom.scenes import get_scene
 
 

@@ -42,7 +42,7 @@ def test_stored_and_labelled_cases_teach_the_same(tiny_harmonic, stored):
 
 
 def test_a_stored_set_of_another_mesh_is_refused(harmonic, stored):
-    with pytest.raises(SchemaError, match="another anatomy or mesh"):
+    with pytest.raises(SchemaError, match="another body or mesh"):
         create("pole-network", harmonic, **POLES).fit_stored(*stored)
 
 

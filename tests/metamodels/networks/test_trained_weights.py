@@ -12,14 +12,14 @@ import secrets
 import numpy as np
 import pytest
 
-from rom.relative import relative_errors
 from rom.comparison.side_by_side import SEED as COMPARED_SEED
-from rom.datasets import SPLITS, draw_combinations, solve_cases
+from rom.datasets import SPLITS, draw_combinations
 from rom.datasets.splits import held_out_numbers
 from rom.errors import NoWeightsError, SchemaError
 from rom.metamodels.networks import sizes
 from rom.metamodels.networks.sizes import weights_path
 from rom.metamodels.networks.weights import trained_network
+from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 from rom.scenes.harmonic_point_force import AMPLITUDE, FREQUENCY, LOSS_FACTOR
 
@@ -88,7 +88,7 @@ def test_weights_say_what_they_are(row, harmonic_scene, static_scene):
 
 
 def test_weights_for_other_meshes_splits_and_sizes_are_refused(tiny_harmonic, harmonic_scene, tmp_path, monkeypatch):
-    with pytest.raises(NoWeightsError, match="another anatomy or mesh"):
+    with pytest.raises(NoWeightsError, match="another body or mesh"):
         trained_network("mlp", tiny_harmonic)
     with pytest.raises(NoWeightsError, match="split of seed 2026: cases held out by"):
         trained_network("mlp", harmonic_scene, split_seed=1)
