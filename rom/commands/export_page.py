@@ -25,14 +25,8 @@ def run(arguments: argparse.Namespace) -> None:
 
     check_path(arguments.file)
     if arguments.quick:
-<<<<<<< HEAD
         arguments.preset = "quick"
     tip = fingertip_from(arguments)
-=======
-        from rom.fingertip import PRESETS
-
-        tip = replace(tip, density=PRESETS["quick"])
->>>>>>> main
     from rom.interactive.models import REFERENCE, Models
 
     models = Models(tip, quick=arguments.quick)
