@@ -9,7 +9,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
-from rom.comparison.settings import COMPARED
+from rom.comparison import COMPARED
 
 from rom import cli
 from rom.datasets import read_dataset
