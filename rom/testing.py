@@ -24,9 +24,9 @@ import xarray as xr
 
 from rom.datasets import make_dataset, read_dataset
 from rom.errors import NotFittedError, SchemaError
+from rom.fullorder.energy_norm import energy_norms
 from rom.metamodels import Curve, Metamodel, Needs, ValidityWarning
 from rom.metamodels.networks.sizes import constructor_settings
-from rom.metamodels.residual_bound import residual_bound
 from rom.metamodels.validity import KINDS
 from rom.relative import relative_errors
 from rom.scenes import Cases, LinearScene, Scene, get_scene, scene_from_json, scene_names
@@ -328,8 +328,8 @@ def judges_itself_honestly(subject: _Subject) -> None:
     _assert((found.error >= 0).all(), "assess() gives a negative error")
     if found.kind == "bound" and subject.linear:
         truth = scene.solve(cases)[0][scene.quantity]
-        energy = residual_bound(scene).energy
-        made = energy.norms(whole - truth)[0] / energy.norms(truth)[1]
+        miss = energy_norms((whole - truth).T, scene.model.stiffness)
+        made = miss / energy_norms(truth.T, scene.model.stiffness)
         _assert((made <= found.error + REFERENCE).all(), f"errors {made} lie above their bounds {found.error}")
     values = whole[scene.quantity] if isinstance(whole, dict) else whole
     best = model.best_approximation(cases, values)
