@@ -1,5 +1,6 @@
 """The command line: one sentence and exit code 2 for bad input, files and pages for good input."""
 
+import importlib
 import re
 import subprocess
 import sys
