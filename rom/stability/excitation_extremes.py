@@ -10,8 +10,8 @@ import numpy as np
 
 from rom.fingertip import Fingertip
 from rom.fullorder import natural_modes
-from rom.scenes import CaseArrays, Scene
-from rom.stability.level import POINT, STATIC, Level, harmonic_cases, static_cases
+from rom.scenes import CaseArrays, LinearScene
+from rom.stability.level import POINT, STATIC, Level, harmonic_cases, networks, static_cases
 from rom.vibration.parity import reflected
 
 SCANNED = np.linspace(0.4, 2.5, 8)
@@ -45,8 +45,8 @@ def resonance_distance() -> list[Level]:
 
 
 def _beside_resonance(distance: float, eta: float):
-    def cases(scene: Scene) -> CaseArrays:
-        first = float(scene.full_order.natural_modes(count=3).frequency_hz[0])
+    def cases(scene: LinearScene) -> CaseArrays:
+        first = float(scene.model.natural_modes(count=3).frequency_hz[0])
         return harmonic_cases(first + distance, eta)(scene)
     return cases
 
@@ -58,7 +58,7 @@ def mode_clusters() -> list[Level]:
         for eta in (0.1, 1e-6):
             levels.append(Level("mode clusters", f"gap {gap:g}, η {eta:g}",
                                 f"between two modes {gap:g} apart (relative), loss factor {eta:g}", POINT,
-                                _at_pair(eta), change=_crossing(gap), skip=("mlp", "mlp-residual", "pole-network")))
+                                _at_pair(eta), change=_crossing(gap), skip=networks()))
         levels.append(Level("mode clusters", f"gap {gap:g}, cut",
                             f"a basis that ends between two modes {gap:g} apart", POINT, _at_pair(0.1),
                             change=_crossing(gap), methods=("modal", "modal-static", "modal-krylov"),
@@ -72,8 +72,8 @@ def _cut_settings() -> dict[str, dict]:
 
 
 def _at_pair(eta: float):
-    def cases(scene: Scene) -> CaseArrays:
-        hertz = scene.full_order.natural_modes(count=LOOKED_AT).frequency_hz
+    def cases(scene: LinearScene) -> CaseArrays:
+        hertz = scene.model.natural_modes(count=LOOKED_AT).frequency_hz
         k = int(np.argmin(np.diff(hertz) / hertz[1:]))
         return harmonic_cases([(hertz[k] + hertz[k + 1]) / 2], eta)(scene)
     return cases

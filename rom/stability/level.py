@@ -4,38 +4,57 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from rom.datasets import solve_cases
 from rom.datasets.schema import dataset_attributes
 from rom.fingertip import Fingertip
-from rom.scenes import CaseArrays, HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
+from rom.metamodels import METHODS, Needs, applicable, metamodel_class
+from rom.scenes import CaseArrays, LinearScene, get_scene
 
-STATIC, POINT, PATCH = StaticPointForces.name, HarmonicPointForce.name, HarmonicPatchForces.name
-
-SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
-    STATIC: {
-        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "superposition": {}, "pod-galerkin": {},
-        "pod-regression": {}, "transformer": {"width": 32, "steps": 100}},
-    POINT: {
-        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
-        "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}, "pod-regression": {"rank": 40},
-        "mlp": {"terms": 8, "width": 16, "steps": 3},
-        "mlp-residual": {"modes": 10, "rank": 16, "width": 16, "steps": 3},
-        "lookup-table": {"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},
-        "pole-network": {"poles": 10, "rank": 40, "steps": 3}},
-    PATCH: {
-        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
-        "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}},
-}
-"""What is asked by default, with settings that suit the small mesh."""
-NETWORKS = ("transformer", "mlp", "mlp-residual", "pole-network")
-FULL_ORDER = ("direct", "direct-reused")
+SCENES = STATIC, POINT, PATCH = "static-point-forces", "harmonic-point-force", "harmonic-patch-forces"
+"""Names of the scenes that levels ask."""
+SMALL: dict[str, dict[str, Any]] = {
+    "coarse-fem": {"scale": 0.7}, "modal-static": {"modes": 20}, "modal-krylov": {"modes": 20, "vectors": 8},
+    "lookup-table": {"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},
+    "transformer": {"width": 32, "steps": 100}, "mlp": {"terms": 8, "width": 16, "steps": 3},
+    "mlp-residual": {"modes": 10, "rank": 16, "width": 16, "steps": 3},
+    "pole-network": {"poles": 10, "rank": 40, "steps": 3}}
+"""Settings that suit the small mesh, where the defaults do not."""
+ON_ONE_SCENE: dict[tuple[str, str], dict[str, Any]] = {("pod-regression", POINT): {"rank": 40}}
 SNAPSHOTS = {STATIC: 48, POINT: 64, PATCH: 48}
 SEED = 5
+
+
+@cache
+def default_settings(scene: str) -> dict[str, dict[str, Any]]:
+    """Every method of the toolkit that answers a scene, with the settings at which levels ask it."""
+    reasons = applicable(get_scene(scene))
+    return {name: ON_ONE_SCENE.get((name, scene), SMALL.get(name, {})) for name in METHODS if reasons[name] is None}
+
+
+@cache
+def _needs() -> dict[str, Needs]:
+    return {name: metamodel_class(name, scene).needs(scene) for scene in map(get_scene, SCENES)
+            for name in default_settings(scene.name)}
+
+
+def networks() -> tuple[str, ...]:
+    """Methods that see inputs and no matrices, and that an optimiser trains."""
+    return tuple(name for name, needs in _needs().items() if needs.network)
+
+
+def full_order() -> tuple[str, ...]:
+    """The full-order model's own rows."""
+    return tuple(name for name, needs in _needs().items() if needs.solves and not needs.other_mesh)
+
+
+def matrix_based() -> tuple[str, ...]:
+    """Methods that do not interpolate over the places of loads."""
+    return tuple(name for name, needs in _needs().items() if not (needs.network or needs.regression))
 
 
 def same(tip: Fingertip) -> Fingertip:
@@ -43,17 +62,17 @@ def same(tip: Fingertip) -> Fingertip:
     return tip
 
 
-def drawn(scene: Scene) -> xr.Dataset:
+def drawn(scene: LinearScene) -> xr.Dataset:
     """The ordinary training cases of a scene, solved directly."""
     return solved(scene, scene.sample(SNAPSHOTS[scene.name], seed=SEED))
 
 
-def solved(scene: Scene, arrays: CaseArrays) -> xr.Dataset:
+def solved(scene: LinearScene, arrays: CaseArrays) -> xr.Dataset:
     """A training dataset from given cases."""
-    return labelled(scene, arrays, solve_cases(scene, arrays)[0])
+    return labelled(scene, arrays, scene.solve(arrays)[0]["displacement"])
 
 
-def labelled(scene: Scene, arrays: CaseArrays, values: np.ndarray) -> xr.Dataset:
+def labelled(scene: LinearScene, arrays: CaseArrays, values: np.ndarray) -> xr.Dataset:
     """A training dataset from given cases and answers."""
     data = scene.label(scene.cases_from(arrays), values)
     data.attrs.update(dataset_attributes(scene))
@@ -80,13 +99,13 @@ class Level:
         ``truth(fingertip) -> Fingertip`` whose matrices tell right from wrong, on the same mesh; default: the
         scene's own.
     make : callable, optional
-        ``make(fingertip) -> Scene`` where the scene needs more than its name.
+        ``make(fingertip) -> LinearScene`` where the scene needs more than its name.
     snapshots : callable
         ``snapshots(scene) -> xr.Dataset``, for the methods that learn.
     settings : dict
-        Settings that differ from `SETTINGS`, by method.
+        Settings that differ from :func:`default_settings`, by method.
     methods : tuple of str
-        Who is asked; empty: all of `SETTINGS`.
+        Who is asked; empty: all that answer the scene.
     skip : tuple of str
         Who is not.
     threads : int
@@ -103,11 +122,11 @@ class Level:
     name: str
     words: str
     scene: str
-    cases: Callable[[Scene], CaseArrays]
+    cases: Callable[[LinearScene], CaseArrays]
     change: Callable[[Fingertip], Fingertip] = same
     truth: Callable[[Fingertip], Fingertip] | None = None
-    make: Callable[[Fingertip], Scene] | None = None
-    snapshots: Callable[[Scene], xr.Dataset] = drawn
+    make: Callable[[Fingertip], LinearScene] | None = None
+    snapshots: Callable[[LinearScene], xr.Dataset] = drawn
     settings: dict[str, dict[str, Any]] = field(default_factory=dict)
     methods: tuple[str, ...] = ()
     skip: tuple[str, ...] = ()
@@ -119,7 +138,7 @@ class Level:
     @property
     def asked(self) -> dict[str, dict[str, Any]]:
         """Settings of every method that this level asks."""
-        mine = {**SETTINGS[self.scene], **self.settings}
+        mine = {**default_settings(self.scene), **self.settings}
         names = self.methods or tuple(mine)
         return {name: mine[name] for name in names if name in mine and name not in self.skip}
 
@@ -144,9 +163,9 @@ def dimension_change(**values: float) -> Callable[[Fingertip], Fingertip]:
     return lambda tip: replace(tip, anatomy=tip.anatomy.replace(**values))
 
 
-def static_cases(scene: Scene) -> CaseArrays:
+def static_cases(scene: LinearScene) -> CaseArrays:
     """One force, and three at once."""
-    n = scene.n_pad
+    n = scene.n_loads
     return CaseArrays(np.array([[n // 3, 0, 0], [n // 5, n // 2, n - 2]]), np.array([[0.5, 0, 0], [0.3, 0.7, 0.2]]))
 
 
@@ -154,8 +173,8 @@ def harmonic_cases(frequency: float | list[float], loss_factor: float = 0.1, for
     """One force at a pad node (at the patch, along its normal) at each frequency [Hz]."""
     hertz = np.atleast_1d(np.asarray(frequency, dtype=float))
 
-    def cases(scene: Scene) -> CaseArrays:
-        node = 0 if scene.name == PATCH else scene.n_pad // 3
+    def cases(scene: LinearScene) -> CaseArrays:
+        node = 0 if scene.name == PATCH else scene.n_loads // 3
         return CaseArrays(np.full((len(hertz), 1), node), np.full((len(hertz), 1), force), hertz.copy(),
                           np.full(len(hertz), loss_factor))
     return cases

@@ -2,70 +2,31 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from rom.fingertip import TISSUES, Fingertip
-from rom.scenes import NO_FORCE, CaseArrays, HarmonicPointForce, Scene, StaticPointForces
-from rom.scenes.cases import positions_of
-from rom.stability.level import FULL_ORDER, PATCH, POINT, STATIC, Level, harmonic_cases, static_cases
+from rom.bodies import Loads
+from rom.fingertip import TISSUES, Fingertip, FingertipBody
+from rom.scenes import CaseArrays, LinearScene
+from rom.scenes.harmonic_point_force import HARMONIC_POINT_FORCE, PublishedGrid
+from rom.scenes.static_point_forces import STATIC_POINT_FORCES, PadCombinations
+from rom.stability.level import PATCH, POINT, STATIC, Level, harmonic_cases, matrix_based, static_cases
 
-MATRIX_BASED = (*FULL_ORDER, "coarse-fem", "superposition", "modal", "modal-static", "modal-krylov", "pod-galerkin")
-
-
-class _Elsewhere(Scene):
-    """Unit forces at given nodes in place of the pad's; the rest of the scene stays."""
-
-    nodes: tuple[int, ...]
-
-    @cached_property
-    def unit_loads(self) -> np.ndarray:
-        """(n_free, n_load) ndarray [-]: inward normals on the skin, straight up inside."""
-        mesh = self.fingertip.mesh
-        skin = set(mesh.skin_nodes.tolist())
-        return np.stack([self.fingertip.point_force(
-            node, -mesh.normals[node] if node in skin else (0.0, 0.0, 1.0)) for node in self.nodes], axis=1)
-
-    @property
-    def pad_loads(self) -> np.ndarray:
-        return self.unit_loads
-
-    @property
-    def n_pad(self) -> int:
-        return len(self.nodes)
-
-    def _pad_index(self, nodes: np.ndarray) -> np.ndarray:
-        return positions_of(nodes, np.array(self.nodes), "carries no load here")
-
-    def _label_loads(self, arrays: CaseArrays) -> dict[str, Any]:
-        data = super()._label_loads(CaseArrays(np.zeros_like(arrays.node), arrays.force))
-        dims, node, words = data["load_node"]
-        data["load_node"] = (dims, np.where(node == NO_FORCE, NO_FORCE, np.array(self.nodes)[arrays.node]), words)
-        return data
-
-    @property
-    def content_hash(self) -> str:
-        return hashlib.sha256(json.dumps([self.fingertip.content_hash, self.nodes]).encode()).hexdigest()
+ELSEWHERE = {STATIC: (STATIC_POINT_FORCES, PadCombinations()), POINT: (HARMONIC_POINT_FORCE, PublishedGrid())}
+"""Question and population of the scenes whose forces act at other nodes than the pad's."""
 
 
-@dataclass(frozen=True)
-class ForcesElsewhere(_Elsewhere, StaticPointForces):
-    """`static-point-forces` at other nodes."""
-
-    nodes: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
-class VibrationElsewhere(_Elsewhere, HarmonicPointForce):
-    """`harmonic-point-force` at other nodes."""
-
-    nodes: tuple[int, ...] = ()
+def elsewhere(tip: Fingertip, scene: str, nodes: tuple[int, ...]) -> LinearScene:
+    """A scene's question with forces at other nodes: inward normals on the skin, straight up inside."""
+    question, population = ELSEWHERE[scene]
+    mesh = tip.mesh
+    skin = set(mesh.skin_nodes.tolist())
+    columns = np.stack([tip.point_force(node, -mesh.normals[np.searchsorted(mesh.skin_nodes, node)] if node in skin
+                                        else (0.0, 0.0, 1.0)) for node in nodes], axis=1)
+    return LinearScene(FingertipBody(tip, question.harmonic), Loads(columns, {"load_node": np.array(nodes)}),
+                       replace(question, spatial=False, part=""), population=population)
 
 
 def nail_rim(tip: Fingertip) -> tuple[int, ...]:
@@ -88,21 +49,20 @@ def load_placement() -> list[Level]:
     levels = []
     for name, words, place in (("nail rim", "a force on the nail's rim", nail_rim),
                                ("beside the bone", "a force on the neighbour of a held node", beside_bone)):
-        for kind, cases, scene in ((ForcesElsewhere, static_cases, STATIC),
-                                   (VibrationElsewhere, harmonic_cases([30.0, 150.0]), POINT)):
+        for cases, scene in ((static_cases, STATIC), (harmonic_cases([30.0, 150.0]), POINT)):
             suffix = "static" if scene == STATIC else "vibrating"
             levels.append(Level("load placement", f"{name}, {suffix}", f"{words}, {suffix}", scene, cases,
-                                make=_elsewhere(kind, place), methods=MATRIX_BASED))
+                                make=_at(scene, place), methods=matrix_based()))
     return [*levels,
             Level("load placement", "three at one node, static", "three forces at one node, at rest", STATIC,
-                  lambda scene: CaseArrays(np.full((1, 3), scene.n_pad // 2), np.array([[0.2, 0.3, 0.5]]))),
+                  lambda scene: CaseArrays(np.full((1, 3), scene.n_loads // 2), np.array([[0.2, 0.3, 0.5]]))),
             Level("load placement", "three at one patch", "three forces of different phase at one patch", PATCH,
                   lambda scene: CaseArrays(np.array([[0, 1, 2]]), np.array([[0.05, 0.03j, -0.02 + 0.01j]]),
                                            np.array([120.0]), np.array([0.1])))]
 
 
-def _elsewhere(kind: Callable[..., Scene], place: Callable[[Fingertip], tuple[int, ...]]) -> Callable:
-    return lambda tip: kind(tip, nodes=place(tip))
+def _at(scene: str, place: Callable[[Fingertip], tuple[int, ...]]) -> Callable[[Fingertip], LinearScene]:
+    return lambda tip: elsewhere(tip, scene, place(tip))
 
 
 def opposed_forces() -> list[Level]:
@@ -119,9 +79,9 @@ def opposed_forces() -> list[Level]:
     return levels
 
 
-def _opposed(rest: float, harmonic: bool) -> Callable[[Scene], CaseArrays]:
-    def cases(scene: Scene) -> CaseArrays:
-        node = np.full((1, 2), 0 if harmonic else scene.n_pad // 2)
+def _opposed(rest: float, harmonic: bool) -> Callable[[LinearScene], CaseArrays]:
+    def cases(scene: LinearScene) -> CaseArrays:
+        node = np.full((1, 2), 0 if harmonic else scene.n_loads // 2)
         force = np.array([[0.1, -0.1 * (1.0 - rest)]])
         return CaseArrays(node, force.astype(complex), np.array([120.0]), np.array([0.1])) if harmonic else CaseArrays(
             node, force)
@@ -140,5 +100,5 @@ def force_size() -> list[Level]:
     return levels
 
 
-def _single(size: float) -> Callable[[Scene], CaseArrays]:
-    return lambda scene: CaseArrays(np.full((1, 1), scene.n_pad // 3), np.full((1, 1), size))
+def _single(size: float) -> Callable[[LinearScene], CaseArrays]:
+    return lambda scene: CaseArrays(np.full((1, 1), scene.n_loads // 3), np.full((1, 1), size))

@@ -12,18 +12,18 @@ import xarray as xr
 from scipy import sparse
 
 from rom.fingertip import Fingertip, MeshDensity
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
 from rom.stability.excitation_extremes import LOOKED_AT
 from rom.stability.level import (
-    FULL_ORDER,
-    NETWORKS,
     PATCH,
     POINT,
     STATIC,
     Level,
     drawn,
+    full_order,
     harmonic_cases,
     labelled,
+    networks,
     solved,
     static_cases,
 )
@@ -41,7 +41,7 @@ def mesh_density() -> list[Level]:
     """Meshes from the coarsest to the `metamodel` preset; each against its own matrices."""
     return [Level("mesh density", name, f"{name} mesh, patch force at 30 and 150 Hz", PATCH,
                   harmonic_cases([30.0, 150.0]), change=partial(replace, density=density),
-                  methods=(*FULL_ORDER, "modal-static", "modal-krylov"), slow=name in SLOW)
+                  methods=(*full_order(), "modal-static", "modal-krylov"), slow=name in SLOW)
             for name, density in MESHES.items()]
 
 
@@ -86,17 +86,17 @@ def single_precision() -> list[Level]:
                                  (POINT, harmonic_cases([30.0, 150.0]), "vibrating")):
         levels += [
             Level(axis, f"matrices, {suffix}", f"matrices stored in single precision, {suffix}", scene, cases, _single,
-                  truth=_same, skip=(*NETWORKS, "coarse-fem")),
+                  truth=_same, skip=(*networks(), "coarse-fem")),
             Level(axis, f"snapshots, {suffix}", f"snapshots stored in single precision, {suffix}", scene, cases,
                   snapshots=_single_snapshots, methods=("pod-galerkin", "pod-regression"))]
     return levels
 
 
-def _first_resonance(scene: Scene) -> CaseArrays:
-    return harmonic_cases(float(scene.full_order.natural_modes(count=LOOKED_AT).frequency_hz[0]), 1e-6)(scene)
+def _first_resonance(scene: LinearScene) -> CaseArrays:
+    return harmonic_cases(float(scene.model.natural_modes(count=LOOKED_AT).frequency_hz[0]), 1e-6)(scene)
 
 
-def _single_snapshots(scene: Scene) -> xr.Dataset:
+def _single_snapshots(scene: LinearScene) -> xr.Dataset:
     data = drawn(scene)
     kind = np.complex64 if scene.harmonic else np.float32
     return data.assign(displacement=data["displacement"].astype(kind))
@@ -104,47 +104,47 @@ def _single_snapshots(scene: Scene) -> xr.Dataset:
 
 # ---- snapshots --------------------------------------------------------------------------------------------------
 
-def _scaled(factor: float) -> Callable[[Scene], xr.Dataset]:
-    def snapshots(scene: Scene) -> xr.Dataset:
-        arrays = scene.case_arrays(drawn(scene))
+def _scaled(factor: float) -> Callable[[LinearScene], xr.Dataset]:
+    def snapshots(scene: LinearScene) -> xr.Dataset:
+        arrays = scene.read(drawn(scene))
         values = scene.values(drawn(scene))
         return labelled(scene, CaseArrays(arrays.node, factor * arrays.force, arrays.frequency, arrays.loss_factor),
                         factor * values)
     return snapshots
 
 
-def _repeated(distinct: int, copies: int) -> Callable[[Scene], xr.Dataset]:
-    def snapshots(scene: Scene) -> xr.Dataset:
+def _repeated(distinct: int, copies: int) -> Callable[[LinearScene], xr.Dataset]:
+    def snapshots(scene: LinearScene) -> xr.Dataset:
         arrays = scene.sample(64, seed=5).take(np.repeat(np.arange(distinct), copies))
         factor = 1.0 + np.arange(len(arrays))[:, None]
         return solved(scene, CaseArrays(arrays.node, factor * arrays.force, arrays.frequency, arrays.loss_factor))
     return snapshots
 
 
-def _mixed(scene: Scene) -> xr.Dataset:
+def _mixed(scene: LinearScene) -> xr.Dataset:
     data = drawn(scene)
-    arrays, values = scene.case_arrays(data), scene.values(data)
+    arrays, values = scene.read(data), scene.values(data)
     factor = np.where(np.arange(len(arrays)) % 2, 1e-160, 1e130)[:, None]
     return labelled(scene, CaseArrays(arrays.node, factor * arrays.force, arrays.frequency, arrays.loss_factor),
                     factor * values)
 
 
-def _noisy(scene: Scene) -> xr.Dataset:
+def _noisy(scene: LinearScene) -> xr.Dataset:
     data = drawn(scene)
     values = scene.values(data)
     noise = np.random.default_rng(11).standard_normal(values.shape)
     size = np.linalg.norm(values, axis=1, keepdims=True) / np.sqrt(values.shape[1])
-    return labelled(scene, scene.case_arrays(data), values + 0.05 * size * noise)
+    return labelled(scene, scene.read(data), values + 0.05 * size * noise)
 
 
-def _broken(scene: Scene) -> xr.Dataset:
+def _broken(scene: LinearScene) -> xr.Dataset:
     data = drawn(scene)
     values = scene.values(data)
     values[0, 0] = np.nan
-    return labelled(scene, scene.case_arrays(data), values)
+    return labelled(scene, scene.read(data), values)
 
 
-def _spanning(scene: Scene) -> xr.Dataset:
+def _spanning(scene: LinearScene) -> xr.Dataset:
     """Random fields, more than there are unknowns, so that the basis spans everything."""
     arrays = scene.sample(scene.n_free // 2 + 20, seed=5)
     rng = np.random.default_rng(3)
@@ -152,7 +152,7 @@ def _spanning(scene: Scene) -> xr.Dataset:
     return labelled(scene, arrays, 1e-3 * values)
 
 
-SNAPSHOT_SETS: dict[str, tuple[str, Callable[[Scene], xr.Dataset]]] = {
+SNAPSHOT_SETS: dict[str, tuple[str, Callable[[LinearScene], xr.Dataset]]] = {
     "collinear": ("copies of one snapshot", _repeated(1, 24)),
     "only one": ("a single snapshot", _repeated(1, 1)),
     "rank-deficient": ("six snapshots, each eight times", _repeated(6, 8)),
@@ -169,7 +169,7 @@ def pod_snapshots() -> list[Level]:
     for name, (words, snapshots) in SNAPSHOT_SETS.items():
         for scene, cases, suffix in ((STATIC, static_cases, "static"), (POINT, harmonic_cases(150.0), "vibrating")):
             levels.append(Level("POD snapshots", f"{name}, {suffix}", f"{words}, {suffix}", scene, cases,
-                                snapshots=snapshots, methods=("pod-galerkin", "pod-regression", *NETWORKS),
+                                snapshots=snapshots, methods=("pod-galerkin", "pod-regression", *networks()),
                                 settings={"pod-regression": {}}))
     return levels
 
@@ -208,12 +208,12 @@ def rank() -> list[Level]:
 
 # ---- networks and threads ---------------------------------------------------------------------------------------
 
-def networks() -> list[Level]:
+def unseen_inputs() -> list[Level]:
     """Inputs that no network was trained on."""
-    who = ("pod-regression", *NETWORKS)
+    who = ("pod-regression", *networks())
 
-    def forces(count: int, size: float = 0.4) -> Callable[[Scene], CaseArrays]:
-        return lambda scene: CaseArrays(np.arange(count)[None, :] % scene.n_pad, np.full((1, count), size))
+    def forces(count: int, size: float = 0.4) -> Callable[[LinearScene], CaseArrays]:
+        return lambda scene: CaseArrays(np.arange(count)[None, :] % scene.n_loads, np.full((1, count), size))
     axis = "networks outside their range"
     levels = [Level(axis, f"{count} forces", f"{count} forces where one to three were learned", STATIC, forces(count),
                     methods=who) for count in (4, 10)]
@@ -228,13 +228,13 @@ def networks() -> list[Level]:
     return levels
 
 
-def _few_nodes(scene: Scene) -> xr.Dataset:
+def _few_nodes(scene: LinearScene) -> xr.Dataset:
     arrays = scene.sample(48, seed=5)
     return solved(scene, CaseArrays(arrays.node % 6, arrays.force, arrays.frequency, arrays.loss_factor))
 
 
-def _last_node(scene: Scene) -> CaseArrays:
-    node, force = np.array([[scene.n_pad - 1]]), np.array([[0.1]])
+def _last_node(scene: LinearScene) -> CaseArrays:
+    node, force = np.array([[scene.n_loads - 1]]), np.array([[0.1]])
     return CaseArrays(node, force, np.array([150.0]), np.array([0.2])) if scene.harmonic else CaseArrays(node, force)
 
 

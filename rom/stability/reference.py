@@ -9,7 +9,7 @@ import numpy as np
 
 from rom.errors import RomError, SolverError
 from rom.fullorder import SecondOrderModel, condition_estimate, factorize, refined_solution
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
 
 TRUSTED = 1e-10
 """Estimated relative error above which a refined solution tells nothing apart."""
@@ -39,14 +39,14 @@ class Truth:
     message: str = ""
 
 
-def true_answer(model: SecondOrderModel, scene: Scene, case: CaseArrays, cancels: bool = False) -> Truth:
+def true_answer(model: SecondOrderModel, scene: LinearScene, case: CaseArrays, cancels: bool = False) -> Truth:
     """Truth of one case.
 
     Parameters
     ----------
     model : SecondOrderModel
         Whose matrices decide.
-    scene : Scene
+    scene : LinearScene
         Whose loads these are.
     case : CaseArrays
         One case.

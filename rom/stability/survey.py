@@ -18,7 +18,7 @@ from rom.datasets.storage import whole_file
 from rom.fingertip import Fingertip, MeshDensity
 from rom.fullorder import blas_threads
 from rom.fullorder import threads as solver_threads
-from rom.metamodels import METHODS
+from rom.metamodels.registry import metamodel_classes
 from rom.provenance import source_digest, versions
 from rom.stability.extremes import AXES, levels
 from rom.stability.judge import (
@@ -31,13 +31,12 @@ from rom.stability.judge import (
     tolerance_of,
     worst_of,
 )
-from rom.stability.level import Level
+from rom.stability.level import SCENES, Level, default_settings
 from rom.stability.reference import energy_norm, true_answer
 from rom.stability.workshop import Workshop
 
 DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
 QUICK_DENSITY = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
-SOURCES = ("stability", "metamodels", "datasets", "scenes", "fingertip", "fullorder", "errors.py")
 Progress = Callable[[Iterable, str], Iterable]
 NOT_ASKED = ""
 """Outcome where a method does not answer the level's scene, or the level does not concern it."""
@@ -74,7 +73,8 @@ def atlas(*, quick: bool = False, axes: Sequence[str] | None = None, methods: Se
     ValueError
         For an unknown axis or method.
     """
-    chosen, names = _chosen(axes, AXES, "axis"), _chosen(methods, METHODS, "method")
+    known = dict.fromkeys(name for scene in SCENES for name in default_settings(scene))
+    chosen, names = _chosen(axes, AXES, "axis"), _chosen(methods, known, "method")
     tip = fingertip or replace(Fingertip.preset("metamodel"), density=QUICK_DENSITY if quick else DENSITY)
     workshop = Workshop(tip)
     asked = [level for level in levels(quick) if level.axis in chosen and any(name in names for name in level.asked)]
@@ -115,7 +115,7 @@ def _prepare(workshop: Workshop, level: Level):
 
 
 def _judge_method(workshop, level: Level, name: str, settings, scene, truth, cases, truths) -> Record:
-    tolerance = tolerance_of(name, level.scene) if level.tolerance is None else level.tolerance
+    tolerance = tolerance_of(name, scene) if level.tolerance is None else level.tolerance
     fitted = workshop.fitted(level, scene, name, settings)
     if fitted.failure is not None:
         return Record(fitted.failure.outcome, message=str(fitted.failure), tolerance=tolerance)
@@ -158,7 +158,7 @@ def _residual(truth, scene, case, values: np.ndarray) -> float:
 def _kept(workshop: Workshop, level: Level, names: Sequence[str]) -> dict[str, Any]:
     asked = {name: settings for name, settings in level.asked.items() if name in names}
     recipe = {"axis": level.axis, "level": level.name, "methods": asked, "fingertip": workshop.fingertip.to_dict(),
-              "source": source_digest(*SOURCES), "versions": versions()}
+              "source": source_digest(__name__, *sorted(_modules(asked))), "versions": versions()}
     path = cached_path("stability", recipe, ".json")
     if path.exists():
         return json.loads(path.read_text(encoding="utf-8"))
@@ -167,6 +167,11 @@ def _kept(workshop: Workshop, level: Level, names: Sequence[str]) -> dict[str, A
     with whole_file(path) as temporary:
         temporary.write_text(json.dumps(found), encoding="utf-8")
     return found
+
+
+def _modules(names: Iterable[str]) -> set[str]:
+    """Modules of the methods' classes, which are found by name and no import statement tells of."""
+    return {kind.__module__ for name in names for kind in metamodel_classes(name)}
 
 
 def _chosen(wanted: Sequence[str] | None, known: Iterable[str], what: str) -> tuple[str, ...]:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import xarray as xr
 
-from rom.fingertip import Fingertip
+from rom.fingertip import Fingertip, FingertipBody
 from rom.fullorder import SecondOrderModel
 from rom.metamodels import create
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import Scene, get_scene
+from rom.scenes import LinearScene, get_scene
 from rom.stability.judge import Heard, Unanswered, listen
 from rom.stability.level import Level
 
@@ -37,26 +37,26 @@ class Workshop:
 
     def __init__(self, fingertip: Fingertip) -> None:
         self.fingertip = fingertip
-        self._scenes: dict[Any, Scene] = {}
+        self._scenes: dict[Any, LinearScene] = {}
         self._truths: dict[Any, SecondOrderModel] = {}
         self._snapshots: dict[Any, xr.Dataset] = {}
         self._fitted: dict[Any, Fitted] = {}
 
-    def scene(self, level: Level) -> Scene:
+    def scene(self, level: Level) -> LinearScene:
         """The level's scene; ValueError or AnatomyError where it cannot exist."""
         tip = level.change(self.fingertip)
         scene = get_scene(level.scene, tip) if level.make is None else level.make(tip)
         return self._scenes.setdefault(self._key(scene), scene)
 
-    def truth(self, level: Level, scene: Scene) -> SecondOrderModel:
+    def truth(self, level: Level, scene: LinearScene) -> SecondOrderModel:
         """The matrices that decide, in a model that no method uses."""
-        tip = scene.fingertip if level.truth is None else level.truth(self.fingertip)
+        tip = fingertip_of(scene) if level.truth is None else level.truth(self.fingertip)
         key = (type(tip), tip, scene.harmonic)
         if key not in self._truths:
             self._truths[key] = SecondOrderModel(tip.stiffness, tip.mass if scene.harmonic else None)
         return self._truths[key]
 
-    def fitted(self, level: Level, scene: Scene, name: str, settings: dict[str, Any]) -> Fitted:
+    def fitted(self, level: Level, scene: LinearScene, name: str, settings: dict[str, Any]) -> Fitted:
         """The method on the level's scene, fitted once."""
         key = (*self._key(scene), name, json.dumps(settings, sort_keys=True), level.snapshots, level.threads)
         if key not in self._fitted:
@@ -67,11 +67,11 @@ class Workshop:
                 self._fitted[key] = Fitted(None, Heard(), failure)
         return self._fitted[key]
 
-    def _fit(self, level: Level, scene: Scene, name: str, settings: dict[str, Any]) -> Metamodel:
+    def _fit(self, level: Level, scene: LinearScene, name: str, settings: dict[str, Any]) -> Metamodel:
         model = create(name, scene, **settings)
         return model.fit(self._training(level, scene) if model.learns else None)
 
-    def _training(self, level: Level, scene: Scene) -> xr.Dataset:
+    def _training(self, level: Level, scene: LinearScene) -> xr.Dataset:
         key = (*self._key(scene), level.snapshots)
         if key not in self._snapshots:
             self._snapshots[key] = level.snapshots(scene)
@@ -84,5 +84,11 @@ class Workshop:
                 del store[key]
 
     @staticmethod
-    def _key(scene: Scene) -> tuple:
-        return type(scene), scene.fingertip, type(scene.fingertip), scene
+    def _key(scene: LinearScene) -> tuple:
+        tip = fingertip_of(scene)
+        return scene.name, tip, type(tip), scene.content_hash
+
+
+def fingertip_of(scene: LinearScene) -> Fingertip:
+    """The fingertip that a scene's body is."""
+    return cast(FingertipBody, scene.body).fingertip

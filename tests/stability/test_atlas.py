@@ -7,11 +7,10 @@ import pytest
 
 from rom.fingertip import Fingertip
 from rom.fullorder import natural_modes
-from rom.metamodels import METHODS
 from rom.reporting.stability import FAMILIES, draw, findings, tables
 from rom.stability import AXES, OUTCOMES, atlas, levels
 from rom.stability.excitation_extremes import _crossing
-from rom.stability.level import SETTINGS
+from rom.stability.level import SCENES, default_settings
 from rom.stability.survey import QUICK_DENSITY
 
 
@@ -23,9 +22,10 @@ def results():
 def test_every_level_has_a_name_of_its_own_and_every_method_is_asked_somewhere():
     grid = levels()
     assert max(collections.Counter(level.label for level in grid).values()) == 1
-    assert {name for level in grid for name in level.asked} == set(METHODS)
+    assert {name for level in grid for name in level.asked} == {
+        name for scene in SCENES for name in default_settings(scene)}
     assert {level.axis for level in grid} == set(AXES) == {axis for family in FAMILIES.values() for axis in family}
-    assert all(level.scene in SETTINGS for level in grid)
+    assert all(level.scene in SCENES for level in grid)
 
 
 @pytest.mark.accuracy
