@@ -15,10 +15,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rom.metamodels.metamodel import Metamodel
-    from rom.scenes import HarmonicPatchForces
+    from rom.scenes import LinearScene
 
-METHODS = ("modal-krylov", "modal-static", "modal", "direct-reused", "direct", "coarse-fem")
-"""Methods that need no snapshots."""
 MODES, VECTORS = 12, 10
 BEYOND = 1.15
 """Modes are kept up to this multiple of the highest frequency, and `MODES` of them at least."""
@@ -39,7 +37,7 @@ def add(commands: Any) -> None:
     parser.add_argument("--amplitude", type=float, default=0.1, metavar="N", help="of the force (default 0.1)")
     parser.add_argument("--node", type=int, help="pad node at the centre of the nine loaded ones (default: the "
                                                  "fingerprint centroid)")
-    parser.add_argument("--method", default=METHODS[0], help=f"{', '.join(METHODS)} (default {METHODS[0]})")
+    parser.add_argument("--method", default="modal-krylov", help="one that needs no snapshots (default modal-krylov)")
     for option, metavar, words in (("--output", "FILE.nc", "write the responses"),
                                    ("--figure", "FILE.png", "draw them"),
                                    ("--vtu", "FILE.vtu", "write the field at one frequency for ParaView")):
@@ -50,22 +48,23 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Compute, print, write."""
-    from rom.metamodels.metamodel import CertifiedMetamodel
-    from rom.scenes import HarmonicPatchForces
+    from rom.scenes import get_scene
     from rom.vibration.frequency_response import frequency_response, sweep_cases
 
     frequency = _check(arguments)
     directions = [name.strip() for name in arguments.directions.split(",")]
     options: dict[str, Any] = {"amplitude": arguments.amplitude, "loss_factor": arguments.loss_factor}
-    scene = HarmonicPatchForces(fingertip_from(arguments), sites=() if arguments.node is None else (arguments.node,))
+    scene = get_scene("harmonic-patch-forces", fingertip_from(arguments),
+                      sites=() if arguments.node is None else (arguments.node,))
+    _check_method(arguments.method, scene)
     cases = sweep_cases(scene, frequency, directions, **options)  # refuses what cannot be before any solve
     model = _model(arguments, scene, float(frequency[-1])).fit()
     found = frequency_response(model, frequency, directions, **options)
     static = frequency_response(model, [0.0], directions, **options)["receptance"].isel(frequency=0, drop=True)
     found["static_receptance"] = abs(static).assign_attrs(
         long_name="magnitude of the receptance at 0 Hz, loss factor included", units="m N-1")
-    if isinstance(model, CertifiedMetamodel):
-        bound = model.indicators(cases)["relative_energy_error_bound"][1]
+    if "relative_energy_error_bound" in (indicators := model.indicators(cases)):
+        bound = indicators["relative_energy_error_bound"][1]
         found["energy_error_bound"] = (("direction", "frequency"), bound.reshape(len(frequency), -1).T, {
             "long_name": "rigorous bound of the relative error in the energy norm", "units": "1"})
     found.attrs = _attributes(arguments, model, scene)
@@ -94,8 +93,6 @@ def _check(arguments: argparse.Namespace) -> np.ndarray:
     from rom.scenes.cases import LARGEST
 
     check_files(arguments, {"output": ".nc", "figure": ".png", "vtu": ".vtu"})
-    if arguments.method not in METHODS:
-        raise ValueError(f"--method got {arguments.method!r}: choose one of {', '.join(METHODS)}")
     for name, option in (("first", "from"), ("last", "to"), ("step", "step"), ("at", "at")):
         value = getattr(arguments, name)
         if value is not None and not (math.isfinite(value) and (value > 0 if name == "step" else value >= 0)):
@@ -114,29 +111,39 @@ def _check(arguments: argparse.Namespace) -> np.ndarray:
     return arguments.first + arguments.step * np.arange(count)
 
 
-def _model(arguments: argparse.Namespace, scene: HarmonicPatchForces, last: float) -> Metamodel:
+def _check_method(name: str, scene: LinearScene) -> None:
+    from rom.metamodels import applicable, metamodel_class
+
+    known = [method for method, reason in applicable(scene).items()
+             if reason is None and not metamodel_class(method, scene).learns]
+    if name not in known:
+        raise ValueError(f"--method got {name!r}: choose one of {', '.join(known)}")
+
+
+def _model(arguments: argparse.Namespace, scene: LinearScene, last: float) -> Metamodel:
     from rom.metamodels import create
 
     settings: dict[str, Any] = {}
     if arguments.method.startswith("modal"):
         from rom.fullorder import sturm_count
 
-        tip = scene.fingertip
         highest = BEYOND * max(last, arguments.at or 0.0)
-        settings["modes"] = max(MODES, sturm_count(tip.stiffness, tip.mass, highest) if highest > 0 else 0)
+        found = sturm_count(scene.model.stiffness, scene.model.mass, highest) if highest > 0 else 0
+        settings["modes"] = max(MODES, found)
     if arguments.method == "modal-krylov":
         settings["vectors"] = VECTORS
     return create(arguments.method, scene, **settings)
 
 
-def _attributes(arguments: argparse.Namespace, model: Metamodel, scene: HarmonicPatchForces) -> dict[str, Any]:
-    from rom.comparison.settings import label
+def _attributes(arguments: argparse.Namespace, model: Metamodel, scene: LinearScene) -> dict[str, Any]:
     from rom.provenance import stamp
+    from rom.scenes.harmonic_patch_forces import site_nodes
 
-    tip = scene.fingertip
-    return stamp(method=label(model.name, model.settings), scene_parameters=scene.to_json(),
+    tip = fingertip_from(arguments)
+    method = " ".join([model.name, *(f"{name}={value}" for name, value in model.settings.items())])
+    return stamp(method=method, scene_parameters=scene.to_json(),
                  fingertip=tip.content_hash, formulation=tip.formulation, rear=tip.rear) | {
-        "node": int(scene.site_nodes[0]), "loss_factor": arguments.loss_factor,
+        "node": int(site_nodes(scene)[0]), "loss_factor": arguments.loss_factor,
         "force_amplitude": arguments.amplitude, "n_free": scene.n_free, "n_nodes": tip.mesh.n_nodes}
 
 
@@ -181,9 +188,9 @@ def _peak_lines(found: xr.Dataset) -> list[str]:
     return lines
 
 
-def _write_vtu(scene: HarmonicPatchForces, directions: list[str], values: np.ndarray, at: float, path: Path) -> None:
+def _write_vtu(scene: LinearScene, directions: list[str], values: np.ndarray, at: float, path: Path) -> None:
     from rom.datasets.vtu import write_vtu
 
-    write_vtu(path, scene.fingertip.mesh, {
+    write_vtu(path, scene.body.fingertip.mesh, {
         f"displacement_{name}_{at:g}_Hz_m": field
-        for name, field in zip(directions, scene.on_all_nodes(values), strict=True)})
+        for name, field in zip(directions, scene.whole(values), strict=True)})

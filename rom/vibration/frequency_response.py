@@ -12,14 +12,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
+from typing import cast
 
 import numpy as np
 import xarray as xr
 
-from rom.fingertip import DIRECTIONS
+from rom.checks import choice
+from rom.fingertip import DIRECTIONS, FingertipBody
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import CaseArrays, HarmonicPatchForces
+from rom.scenes import CaseArrays, LinearScene
 from rom.scenes.cases import finite
+from rom.scenes.harmonic_patch_forces import HARMONIC_PATCH_FORCES, site_nodes
 
 MEASURES = ("excitation", "whole")
 """Mean over the loaded nodes, mean over all moving nodes."""
@@ -28,14 +31,15 @@ BLOCK = 63
 Watch = Callable[[slice, np.ndarray], None]
 
 
-def sweep_cases(scene: HarmonicPatchForces, frequency: Sequence[float] | np.ndarray,
+def sweep_cases(scene: LinearScene, frequency: Sequence[float] | np.ndarray,
                 directions: Sequence[str] = DIRECTIONS, *, node: int | None = None, amplitude: float = 0.1,
                 loss_factor: float = 0.1) -> CaseArrays:
     """One force after another in each direction at each frequency, directions fastest.
 
     Parameters
     ----------
-    scene : HarmonicPatchForces
+    scene : LinearScene
+        Of patch forces
     frequency : (n,) array_like [Hz]
     directions : sequence of str
         Of `rom.fingertip.DIRECTIONS`.
@@ -70,15 +74,16 @@ def sweep_cases(scene: HarmonicPatchForces, frequency: Sequence[float] | np.ndar
         finite(values, name, unit)
     if amplitude == 0:
         raise ValueError("the force amplitude is zero and moves nothing: give a positive number of N")
-    loads = np.array([scene.load_index(direction, node) for direction in directions])
+    centre = site_nodes(scene)[0] if node is None else node
+    loads = np.array([scene.load_index(centre, choice("direction", one, DIRECTIONS)) for one in directions])
     count = len(points) * len(loads)
     return CaseArrays(np.tile(loads, len(points))[:, None], np.full((count, 1), float(amplitude)),
                       np.repeat(points, len(loads)), np.full(count, float(loss_factor)))
 
 
-def moving_nodes(scene: HarmonicPatchForces) -> np.ndarray:
+def moving_nodes(scene: LinearScene) -> np.ndarray:
     """(n_free / 3,) ndarray of int: nodes that neither bone nor a fixed rear holds, in the order of the free dofs."""
-    return scene.fingertip.free_dofs[::3] // 3
+    return scene.body.dof_names[::3] // 3
 
 
 def magnitudes(values: np.ndarray) -> np.ndarray:
@@ -88,12 +93,13 @@ def magnitudes(values: np.ndarray) -> np.ndarray:
     return np.sqrt(parts.reshape(len(values), -1, 3).sum(axis=2))
 
 
-def receptances(scene: HarmonicPatchForces, cases: CaseArrays, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def receptances(scene: LinearScene, cases: CaseArrays, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Receptances of answers to single forces.
 
     Parameters
     ----------
-    scene : HarmonicPatchForces
+    scene : LinearScene
+        Of patch forces
     cases : CaseArrays
         One force each.
     values : (n_case, n_free) ndarray [m]
@@ -112,6 +118,7 @@ def receptances(scene: HarmonicPatchForces, cases: CaseArrays, values: np.ndarra
     """
     if cases.node.shape[1] != 1:
         raise ValueError(f"the cases have {cases.node.shape[1]} forces each: a receptance belongs to one force")
+    tip = cast(FingertipBody, scene.body).fingertip
     moving, size = moving_nodes(scene), magnitudes(values)
     force = np.abs(cases.force[:, 0])
     receptance = np.empty((len(cases), len(MEASURES)), dtype=complex)
@@ -119,9 +126,9 @@ def receptances(scene: HarmonicPatchForces, cases: CaseArrays, values: np.ndarra
     mean = values.reshape(len(values), -1, 3).mean(axis=1)
     for load in np.unique(cases.node):
         mine = cases.node[:, 0] == load
-        centre = int(scene.site_nodes[load // len(DIRECTIONS)])
-        loaded = np.searchsorted(moving, scene.fingertip.mesh.skin_patch(centre))
-        along = scene.fingertip.skin_frame(centre)[DIRECTIONS[load % len(DIRECTIONS)]]
+        centre = int(scene.loads.labels["load_node"][load])
+        loaded = np.searchsorted(moving, tip.mesh.skin_patch(centre))
+        along = tip.skin_frame(centre)[str(scene.loads.labels["direction"][load])]
         # the unit load is the direction shared equally by the patch's nodes: its product is their mean along it
         column = scene.unit_loads[:, load]
         rows = np.flatnonzero(column)
@@ -141,7 +148,7 @@ def frequency_response(model: Metamodel, frequency: Sequence[float] | np.ndarray
     Parameters
     ----------
     model : Metamodel
-        Fitted, of a `HarmonicPatchForces` scene.
+        Fitted, of the scene `harmonic-patch-forces`.
     frequency, directions, node, amplitude, loss_factor
         See `sweep_cases`.
     watch : callable, optional
@@ -162,9 +169,9 @@ def frequency_response(model: Metamodel, frequency: Sequence[float] | np.ndarray
     NotFittedError
     """
     scene = model.scene
-    if not isinstance(scene, HarmonicPatchForces):
+    if scene.name != HARMONIC_PATCH_FORCES.name:
         raise ValueError(f"{model.name} answers {scene.name}: a frequency response needs the scene "
-                         f"{HarmonicPatchForces.name}")
+                         f"{HARMONIC_PATCH_FORCES.name}")
     cases = sweep_cases(scene, frequency, directions, node=node, amplitude=amplitude, loss_factor=loss_factor)
     receptance = np.empty((len(cases), len(MEASURES)), dtype=complex)
     driving = np.empty(len(cases), dtype=complex)

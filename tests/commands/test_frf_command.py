@@ -8,7 +8,7 @@ from rom.datasets.storage import read_netcdf
 from rom.fingertip import DIRECTIONS, Fingertip, MeshDensity
 from rom.fingertip.fingertip import PRESETS
 from rom.metamodels import create
-from rom.scenes import HarmonicPatchForces
+from rom.scenes import get_scene
 from rom.vibration.frequency_response import frequency_response, magnitudes, sweep_cases
 
 SMALL = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
@@ -42,7 +42,7 @@ def test_the_table_shows_what_a_direct_solve_says(capsys):
     assert call("--from", 50, "--to", 250, "--step", 100, "--loss-factor", 0.2, "--amplitude", 3) == 0
     text = capsys.readouterr().out
     lines = rows(text)
-    scene = HarmonicPatchForces(Fingertip.preset("study"))
+    scene = get_scene("harmonic-patch-forces", Fingertip.preset("study"))
     truth = frequency_response(create("direct", scene).fit(), [50.0, 150.0, 250.0], loss_factor=0.2)
     assert sorted(lines) == [50.0, 150.0, 250.0]
     for f, numbers in lines.items():
@@ -59,7 +59,7 @@ def test_peaks_are_listed_and_long_sweeps_are_thinned(capsys):
     assert call("--directions", "radial-ulnar", "--formulation", "full", "--method", "modal-static") == 0
     text = capsys.readouterr().out
     assert len(rows(text)) <= 40 and "--output keeps all" in text
-    scene = HarmonicPatchForces(Fingertip.preset("study", formulation="full"))
+    scene = get_scene("harmonic-patch-forces", Fingertip.preset("study", formulation="full"))
     first = scene.model.natural_modes(count=1).frequency_hz[0]
     line = next(line for line in text.splitlines() if line.startswith("peaks, radial-ulnar, loaded"))
     peak = float(line.split(": ")[1].split(" Hz")[0])
@@ -80,7 +80,7 @@ def test_files(capsys, tmp_path):
     assert data["driving_point_receptance"].dtype == complex and data["receptance"].dims == (
         "direction", "frequency", "measure")
     assert files["--figure"].stat().st_size > 10_000
-    scene = HarmonicPatchForces(Fingertip.preset("study"))
+    scene = get_scene("harmonic-patch-forces", Fingertip.preset("study"))
     truth = create("direct", scene).fit().evaluate(sweep_cases(scene, [120.0]))
     field = meshio.read(files["--vtu"]).point_data
     for direction, values in zip(DIRECTIONS, truth, strict=True):
@@ -90,7 +90,7 @@ def test_files(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(("words", "say"), [
-    (["--directions", "up"], "'up' is no direction"), (["--directions", "normal,normal"], "at most once"),
+    (["--directions", "up"], "direction='up' is unknown"), (["--directions", "normal,normal"], "at most once"),
     (["--method", "pod-galerkin"], "--method got 'pod-galerkin': choose one of"), (["--step", 0], "--step is 0 Hz"),
     (["--from", "nan"], "--from is nan Hz"), (["--to", -5], "--to is -5 Hz"), (["--from", 50, "--to", 20], "swap them"),
     (["--step", 1e-9], "raise --step"), (["--loss-factor", -1], "the loss factor -1"),
