@@ -5,9 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 export ROM_CACHE ?= $(CURDIR)/.cache
 
-EXPERIMENTS := $(filter-out experiments/script.py experiments/solve_choice.py experiments/interactive_page.py %_figures.py,$(wildcard experiments/*.py))
+EXPERIMENTS := $(filter-out experiments/script.py experiments/fuzz_files.py experiments/solve_choice.py experiments/interactive_page.py %_figures.py,$(wildcard experiments/*.py))
 
-.PHONY: report report-quick serve experiments experiments-quick test test-browser measure-page lint clean
+.PHONY: report report-quick serve experiments experiments-quick test fuzz test-browser measure-page lint clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -35,6 +35,9 @@ test: $(STAMP)
 test-browser: $(STAMP)
 	tests/browser/install_chromium.sh
 	$(BIN)/python -m pytest tests/browser
+
+fuzz: $(STAMP)
+	$(BIN)/python experiments/fuzz_files.py
 
 measure-page: $(STAMP)
 	tests/browser/install_chromium.sh

@@ -18,7 +18,6 @@ import xarray as xr
 from solve_choice import measure_choice
 
 from rom.comparison.errors import energy_errors
-from rom.datasets import solve_cases
 from rom.datasets.schema import dataset_attributes
 from rom.metamodels import Metamodel, ValidityWarning, create
 from rom.reporting.figure import Figure, sheet
@@ -53,14 +52,14 @@ def main(quick: bool = False, progress: script.Progress = script.silent, seed: i
         entries = {label: create(method, scene, **settings) for label, (of, method, settings) in MODELS.items()
                    if of == name}
         learn = scene.sample(60 if quick else 400, seed + 1)
-        train = scene.label(scene.cases_from(learn), solve_cases(scene, learn)[0])
+        train = scene.label(scene.cases_from(learn), scene.solve(learn)[0]["displacement"])
         train.attrs.update(dataset_attributes(scene))
         for model in progress(list(entries.values()), f"{name}: fits"):
             model.fit(train if model.learns else None)
         total = count if scene.harmonic else count // 4
         blocks = random_blocks(scene, total, points if scene.harmonic else points // 4, seed)
         for block in progress(blocks, f"{name}: cases"):
-            truth, _ = solve_cases(scene, block)
+            truth = scene.solve(block)[0]["displacement"]
             for label, model in entries.items():
                 share = SHARE.get(model.name, RESIDUAL_SHARE)
                 part = slice(0, max(2, round(share * len(block))))
@@ -104,7 +103,7 @@ def random_blocks(scene: Scene, count: int, points: int, seed: int) -> list[Case
 
 def judge(scene: Scene, model: Metamodel, cases: CaseArrays, truth: np.ndarray) -> dict[str, np.ndarray]:
     """Bound and true relative energy error of a block, one method."""
-    values, stiffness = model.evaluate(cases, "field"), scene.full_order.stiffness
+    values, stiffness = model.evaluate(cases, "field"), scene.model.stiffness
     made = energy_errors(values, truth, stiffness) / energy_errors(truth, 0.0, stiffness)
     nothing = np.zeros(len(cases))
     return {"bound": model.assess(cases, None if model.name == "superposition" else values).error, "error": made,

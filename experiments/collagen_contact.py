@@ -14,13 +14,13 @@ import collagen_contact_claims as claims
 import numpy as np
 import script
 import xarray as xr
+from analysis.contact_outputs import RECEPTOR_DEPTH, receptor_strain, stretches
 from collagen_contact_claims import PROFILE, Measures, judge, mean_of, measures, profiles
 from collagen_contact_figures import draw
 from collagen_contact_findings import findings, tables
 from collagen_contact_paths import FORCE, PRESSING, SLIDING, Run, followed, runs
 
 from rom.finger_on_glass.finger import State
-from rom.finger_on_glass.outputs import RECEPTOR_DEPTH, receptor_strain, stretches
 from rom.finger_on_glass.tissue import VARIANTS
 
 TRAVELS = (0.0, 2.0, 3.0, 4.0)

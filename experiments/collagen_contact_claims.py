@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from analysis.contact_outputs import smoothed
 
 from rom.finger_on_glass.observation import along_plate
-from rom.finger_on_glass.outputs import smoothed
 
 PROFILE = np.arange(-6.5, 6.5 + 1e-9, 0.1)
 """Positions along the plate at which tractions are given [mm]."""

@@ -70,7 +70,8 @@ class Run:
     def recipe(self) -> dict[str, Any]:
         inputs = {name: str(value) if value == np.inf else value for name, value in settings(self.finger).items()}
         return inputs | {"normal_force": self.path.normal_force, "travel": self.path.travel,
-                         "viscosities": self.viscosities, "source": source_digest("rom.finger_on_glass.path", "rom.finger_on_glass.finger")}
+                         "viscosities": self.viscosities,
+                         "source": source_digest("rom.finger_on_glass.path", "rom.finger_on_glass.finger")}
 
 
 def finger_of(variant: str, rays: int, layers: int, seed: int = 0,

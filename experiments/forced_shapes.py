@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
+from analysis.motion import at_largest_motion
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset
 from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting import html, words
 from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import draw_skin
-from rom.scenes import HarmonicPatchForces, get_scene
+from rom.scenes import get_scene
 from rom.vibration.frequency_response import magnitudes, moving_nodes, sweep_cases
-from rom.vibration.motion import at_largest_motion
 from rom.vibration.published import published
 
 FREQUENCIES = (0.0, 50.0, 100.0, 150.0, 200.0, 250.0)
@@ -39,14 +39,14 @@ DRAWN_AS = 2.0
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """In which shapes does the fingertip vibrate, and where does it move most?"""
     away = published()["digitip"]["frequency_response"]["largest_away_from_load_hz"]
-    scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
-    mesh, moving = scene.fingertip.mesh, moving_nodes(scene)
+    scene = get_scene("harmonic-patch-forces", script.fingertip(quick, "study"))
+    mesh, moving = scene.body.fingertip.mesh, moving_nodes(scene)
     cases = sweep_cases(scene, FREQUENCIES, amplitude=FORCE)
     truth = scene.values(read_dataset(solve_dataset(
         scene, cases, progress=lambda items: progress(items, "direct solves"))))
     field = create("modal-krylov", scene, **SETTINGS).fit().evaluate(cases, "field")
     size = magnitudes(field)
-    centre = int(scene.site_nodes[0])
+    centre = int(scene.loads.labels["load_node"][0])
     patch = mesh.skin_patch(centre)
     corners = mesh.nodes[patch]
     diagonal = np.linalg.norm(corners[:, None] - corners, axis=2).max()
@@ -56,7 +56,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     def table(values: np.ndarray, name: str, unit: str) -> tuple:
         return ("direction", "frequency"), values.reshape(len(FREQUENCIES), -1).T, {"long_name": name, "units": unit}
 
-    skin = scene.on_all_nodes(field)[:, mesh.skin_nodes].reshape(len(FREQUENCIES), len(DIRECTIONS), -1, 3)
+    skin = scene.whole(field)[:, mesh.skin_nodes].reshape(len(FREQUENCIES), len(DIRECTIONS), -1, 3)
     return xr.Dataset({
         "displacement": (("direction", "frequency", "skin_node", "component"), skin.transpose(1, 0, 2, 3), {
             "long_name": "displacement amplitude of the skin", "units": "m"}),
@@ -79,7 +79,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "long_name": "excitation frequency", "units": "Hz"}), "component": ["x", "y", "z"],
         **{f"skin_{axis}": ("skin_node", mesh.nodes[mesh.skin_nodes, k], {
             "long_name": f"{axis} of a skin node", "units": "m"}) for k, axis in enumerate("xyz")}},
-        attrs={"force": FORCE, "fingertip": script.spoken(scene.fingertip)})
+        attrs={"force": FORCE, "fingertip": script.spoken(scene.body.fingertip)})
 
 
 # ---- what is read off the results ---------------------------------------------------------------------------

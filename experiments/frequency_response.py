@@ -16,14 +16,14 @@ import script
 import xarray as xr
 from frequency_response_figures import DIRECT, ERROR_BAR, draw, hertz
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset
 from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
 from rom.metamodels.metamodel import Metamodel
 from rom.provenance import machine
+from rom.relative import relative_errors
 from rom.reporting import html, palette, words
-from rom.scenes import HarmonicPatchForces, get_scene
+from rom.scenes import LinearScene, get_scene
 from rom.vibration.frequency_response import (
     BLOCK,
     MEASURES,
@@ -51,7 +51,7 @@ the number of frequencies."""
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """How does the fingertip answer to vibration of its pad, and what does it cost to know?"""
-    scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
+    scene = get_scene("harmonic-patch-forces", script.fingertip(quick, "study"))
     frequency = FREQUENCIES[9::10] if quick else FREQUENCIES
     path = solve_dataset(scene, sweep_cases(scene, frequency), progress=lambda items: progress(items, "direct solves"))
     models: dict[str, Metamodel] = {}
@@ -86,7 +86,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "long_name": "wall time of one frequency, three forces, by direct solve", "units": "s"}),
         "offline_seconds": ("method", [model.offline_seconds for model in models.values()], {
             "long_name": "wall time before the first answer, matrices given", "units": "s"}),
-        "natural_frequency": ("mode", scene.full_order.natural_modes(
+        "natural_frequency": ("mode", scene.model.natural_modes(
             below_hz=scene.band_hz).frequency_hz, {"long_name": "natural frequency", "units": "Hz"})})
     figures = published()["digitip"]["frequency_response"]
     results["published_peak"] = ("direction", [figures["peak_normal_hz_about"], figures["peak_radial_ulnar_hz"],
@@ -94,13 +94,13 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         "long_name": "published frequency of the peak", "units": "Hz"})
     results = results.assign({**_speed(results), **_resonances(results)})
     results.attrs = {
-        "formulation": scene.fingertip.formulation, "n_free": scene.n_free, "machine": machine(),
-        "fingertip": script.spoken(scene.fingertip),
+        "formulation": scene.body.fingertip.formulation, "n_free": scene.n_free, "machine": machine(),
+        "fingertip": script.spoken(scene.body.fingertip),
         "settings": "; ".join(f"{name}: " + ", ".join(f"{n} {k}" for k, n in s.items()) for name, s in MODELS.items())}
     return results
 
 
-def _stored_response(scene: HarmonicPatchForces, path, frequency: np.ndarray) -> xr.Dataset:
+def _stored_response(scene: LinearScene, path, frequency: np.ndarray) -> xr.Dataset:
     """Receptances of the stored direct solves."""
     cases = sweep_cases(scene, frequency)
     receptance, driving = np.empty((len(cases), len(MEASURES)), dtype=complex), np.empty(len(cases), dtype=complex)
@@ -110,7 +110,7 @@ def _stored_response(scene: HarmonicPatchForces, path, frequency: np.ndarray) ->
     return response_dataset(frequency, DIRECTIONS, receptance, driving)
 
 
-def _truth(scene: HarmonicPatchForces, path, part: slice) -> np.ndarray:
+def _truth(scene: LinearScene, path, part: slice) -> np.ndarray:
     return scene.values(read_dataset(path, part))
 
 

@@ -108,12 +108,15 @@ def _slider_to_picture(page: Any) -> np.ndarray:
     """Seconds of each step of the frequency slider, measured in the page, the slow motion running."""
     page.wait_for_timeout(2000)  # the first frames choose their resolution
     page.focus("#frequency")
-    page.evaluate("() => performance.clearMeasures()")
+    page.evaluate("""() => {
+        window.moves = [];
+        const take = list => window.moves.push(...list.getEntriesByName("slider-to-picture").map(one => one.duration));
+        new PerformanceObserver(take).observe({type: "measure"}); }""")
     for i in range(MOVES):
         page.keyboard.press("ArrowRight" if i < MOVES // 2 else "ArrowLeft")
         page.wait_for_timeout(PAUSE_MS)
     page.wait_for_timeout(500)
-    found = page.evaluate("() => performance.getEntriesByName('slider-to-picture').map(one => one.duration)")
+    found = page.evaluate("() => window.moves")
     values = np.full(MOVES, np.nan)  # a step that was overtaken by the next has no picture of its own
     values[:len(found)] = np.array(found) / 1e3
     return values
@@ -162,7 +165,7 @@ def screenshots(results: xr.Dataset, folder: Path, quick: bool = False) -> list[
     export_page(model, exported)
     shown = folder / "screenshots"
     shown.mkdir(exist_ok=True)
-    pad, centre = model.scene.fingertip.mesh.pad_nodes, model.scene.fingertip.mesh.fingerprint_centroid
+    pad, centre = model.scene.body.fingertip.mesh.pad_nodes, model.scene.body.fingertip.mesh.fingerprint_centroid
     two = f"forces={centre}:0.1,{pad[len(pad) // 5]}:0.05"
     shots = (("laptop", f"?{two}&f=207", LAPTOP, {}), ("phone", "?f=207", PHONE, {"device_scale_factor": 2}),
              ("cut", "?f=163&cut=y:0", LAPTOP, {}), ("dark", "?f=120&quantity=phase", LAPTOP, {"color_scheme": "dark"}),

@@ -11,9 +11,8 @@ import script
 import xarray as xr
 from matplotlib.colors import LogNorm
 
-from rom.comparison.errors import relative_errors
-from rom.datasets import solve_cases
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting.figure import Figure, sheet
 from rom.scenes import CaseArrays, get_scene
 
@@ -25,11 +24,11 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     vectors = [1, 2, 4] if quick else [1, 2, 4, 6]
     points = np.array([(f, eta) for f in ((30.0, 300.0) if quick else (30.0, 118.0, 163.0, 215.0, 260.0, 300.0))
                        for eta in ((0.1,) if quick else (0.1, 0.5))])
-    loads = np.linspace(0, scene.n_pad - 1, 4 if quick else 8).astype(int)
+    loads = np.linspace(0, scene.n_loads - 1, 4 if quick else 8).astype(int)
     node = np.tile(loads, len(points))[:, None]
     frequency, loss_factor = np.repeat(points, len(loads), axis=0).T
     cases = CaseArrays(node, np.ones(node.shape), frequency.copy(), loss_factor.copy())
-    truth, _ = solve_cases(scene, cases)
+    truth = scene.solve(cases)[0]["displacement"]
     error = np.empty((len(modes), len(vectors) + 1))
     for i, m in enumerate(progress(modes, "modes")):
         error[i, 0] = relative_errors(create("modal", scene, modes=m).fit().evaluate(cases), truth).max()

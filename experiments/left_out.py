@@ -13,7 +13,7 @@ import xarray as xr
 from left_out_figures import draw
 
 from rom.reporting import html, words
-from rom.scenes import SCENES
+from rom.scenes import get_scene
 
 WORKER = """
 import json, sys, time
@@ -72,20 +72,21 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     density = tip.density.to_dict() if quick else None
     ways = list(SPOKEN)
     repeats = 1 if quick else REPEATS
-    shape = len(SCENES), len(ways), repeats
+    shape = len(EXTRAS), len(ways), repeats
     found = {name: np.full(shape, np.nan) for name in MEASURES}
-    runs = [(repeat, i, j) for repeat in range(repeats) for i, scene in enumerate(SCENES)
+    runs = [(repeat, i, j) for repeat in range(repeats) for i, scene in enumerate(EXTRAS)
             for j, way in enumerate(ways) if way in ("lean", EVERYTHING, *EXTRAS[scene])]
     for repeat, i, j in progress(runs, "processes"):
-        scene, way = list(SCENES)[i], ways[j]
+        scene, way = list(EXTRAS)[i], ways[j]
         extras = {"lean": (), EVERYTHING: EXTRAS[scene]}.get(way, (way,))
         for name, value in zip(MEASURES, _measure(scene, extras, density), strict=True):
             found[name][i, j, repeat] = value
     imports = np.full((len(MODULES), repeats), np.nan)
     for i, repeat in product(range(len(MODULES)), range(repeats)):
         imports[i, repeat] = _measure("", (), None, MODULES[i])[0]
-    fields = np.array([[scene(tip).n_free, 3 * scene(tip).n_pad] for scene in SCENES.values()])
-    size = fields * np.array([[np.dtype(complex if scene.harmonic else float).itemsize] for scene in SCENES.values()])
+    scenes = [get_scene(name, tip) for name in EXTRAS]
+    size = np.array([[scene.dtype.itemsize * scene.n_outputs(outputs) for outputs in ("field", "pad")]
+                     for scene in scenes])
     dims = ("scene", "way", "repeat")
     units = {"import_seconds": ("time of the imports", "s"),
              "answer_seconds": ("time from there to the first answer", "s"),
@@ -94,7 +95,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         **{name: (dims, found[name], {"long_name": text, "units": unit}) for name, (text, unit) in units.items()},
         "module_seconds": (("module", "repeat"), imports, {"long_name": "time of one import", "units": "s"}),
         "output_bytes": (("scene", "outputs"), size, {"long_name": "size of one answer", "units": "byte"}),
-    }, coords={"scene": list(SCENES), "way": ways, "module": list(MODULES), "outputs": ["field", "pad"]},
+    }, coords={"scene": list(EXTRAS), "way": ways, "module": list(MODULES), "outputs": ["field", "pad"]},
         attrs={"fingertip": script.spoken(tip)})
 
 

@@ -14,6 +14,7 @@ import script
 import xarray as xr
 from analysis.convergence import extrapolate
 from analysis.mesh_ladder import LADDER, QUICK_LADDER, modes_on
+from analysis.mode_pairing import pair_modes
 from presentation.mesh_convergence import (
     FITTED,
     STUDIED,
@@ -24,7 +25,6 @@ from presentation.mesh_convergence import (
 
 from rom.fingertip import PRESETS, Fingertip, MeshDensity
 from rom.reporting.figure import Figure
-from rom.vibration.mode_pairing import pair_modes
 from rom.vibration.published import published, published_frequencies
 
 FORMULATIONS = ("full", "b-bar")

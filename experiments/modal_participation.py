@@ -18,7 +18,7 @@ from rom.fingertip import DIRECTIONS
 from rom.metamodels.modal import ModalKrylov
 from rom.reporting import html, words
 from rom.reporting.figure import Figure, legend_below, sheet, tidy
-from rom.scenes import HarmonicPatchForces, get_scene
+from rom.scenes import get_scene
 from rom.vibration.frequency_response import frequency_response, sweep_cases
 from rom.vibration.parity import parity
 
@@ -31,8 +31,8 @@ RESIDUAL = "left"
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """Which natural modes carry a force on the finger pad?"""
-    scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
-    model, tip = scene.full_order, scene.fingertip
+    scene = get_scene("harmonic-patch-forces", script.fingertip(quick, "study"))
+    model, tip = scene.model, scene.body.fingertip
     frequency = np.arange(10.0, 261.0, 10.0) if quick else np.arange(2.0, 261.0, 2.0)
     modes = model.natural_modes(count=MODES)
     answer = ModalKrylov(scene, modes=MODES, vectors=VECTORS).fit()
@@ -67,7 +67,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         coords={"direction": list(DIRECTIONS), "mode": ("mode", np.arange(1, MODES + 1), {
             "long_name": "mode number", **one}), "carrier": [*map(str, range(1, MODES + 1)), RESIDUAL],
             "frequency": ("frequency", frequency, {"long_name": "excitation frequency", "units": "Hz"})},
-        attrs={"fingertip": script.spoken(scene.fingertip)})
+        attrs={"fingertip": script.spoken(scene.body.fingertip)})
 
 
 # ---- what is read off the results ---------------------------------------------------------------------------

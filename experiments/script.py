@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import xarray as xr
 
 from rom.commands.progress import bar
-from rom.comparison.side_by_side import QUICK_DENSITY
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.fingertip import Fingertip
 from rom.provenance import stamp
@@ -32,8 +30,7 @@ def fingertip(quick: bool, preset: str = "metamodel") -> Fingertip:
 
     `study` comes with full integration: so the modal study computed, and so the surfaces were calibrated to it.
     """
-    tip = Fingertip.preset(preset, formulation="full" if preset == "study" else "b-bar")
-    return replace(tip, density=QUICK_DENSITY) if quick else tip
+    return Fingertip.preset("quick" if quick else preset, formulation="full" if preset == "study" else "b-bar")
 
 
 def spoken(tip: Fingertip) -> str:
@@ -49,6 +46,7 @@ def run(
     *,
     tables: Callable[[xr.Dataset], Sequence[str]] = lambda _: (),
     extra: Callable[[xr.Dataset, Path], Sequence[Path]] = lambda *_: (),
+    options: Callable[[argparse.ArgumentParser], None] = lambda _: None,
 ) -> None:
     """Run an experiment from the command line and leave results, figures and page in its folder.
 
@@ -64,6 +62,8 @@ def run(
         Results to tables of HTML (:func:`rom.reporting.html.table`).
     extra : callable
         Writes further files (animations, scenes, VTU) into the folder and returns their paths; the page links them.
+    options : callable
+        Adds further options to the command line, which become arguments of ``main``.
     """
     question = (main.__doc__ or "").strip().splitlines()[0]
     parser = argparse.ArgumentParser(description=question)
@@ -71,7 +71,9 @@ def run(
     parser.add_argument("--output", type=Path, metavar="FOLDER",
                         help=f"default: reports/{name}, or reports/quick/{name} with --quick")
     parser.add_argument("--redraw", action="store_true", help="figures and page anew from the results that lie there")
+    options(parser)
     arguments = parser.parse_args()
+    further = {key: value for key, value in vars(arguments).items() if key not in ("quick", "output", "redraw")}
     folder = arguments.output or Path("reports", *(["quick"] if arguments.quick else []), name)
     folder.mkdir(parents=True, exist_ok=True)
     if arguments.redraw:
@@ -79,7 +81,7 @@ def run(
         files = [folder / file for file in results.attrs["files"].split()]
         sentences = list(findings(results))
     else:
-        results = main(quick=arguments.quick, progress=bar)
+        results = _answered(parser, lambda: main(quick=arguments.quick, progress=bar, **further))
         files = list(extra(results, folder))
         sentences = list(findings(results))
         results.attrs.update(stamp(quick=str(int(arguments.quick)), question=question, finding=sentences[0],
@@ -89,3 +91,11 @@ def run(
     if arguments.output is None:
         write_index(folder.parent)
     print(*sentences, page, sep="\n")
+
+
+def _answered(parser: argparse.ArgumentParser, work: Callable[[], xr.Dataset]) -> xr.Dataset:
+    """The results; one sentence and exit code 2 for input that cannot be."""
+    try:
+        return work()
+    except ValueError as error:
+        parser.exit(2, f"{' '.join(str(error).split())}\n")

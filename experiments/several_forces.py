@@ -12,14 +12,14 @@ from collections.abc import Iterator
 import numpy as np
 import script
 import xarray as xr
+from analysis.motion import ellipse_axes, travelling_index
 from several_forces_figures import draw
 
-from rom.comparison.errors import relative_errors
 from rom.datasets import read_dataset, solve_dataset
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting import html, words
-from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
-from rom.vibration.motion import ellipse_axes, travelling_index
+from rom.scenes import CaseArrays, LinearScene, get_scene
 
 FREQUENCIES = (50.0, 100.0, 150.0, 200.0, 250.0)
 APART = 3e-3
@@ -38,13 +38,13 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     """What do two vibrating forces do together, as their phase difference goes once around?"""
     tip = script.fingertip(quick, "study")
     places = _places(tip.mesh)
-    scene = get_scene(HarmonicPatchForces.name, tip, sites=tuple(places.values()))
+    scene = get_scene("harmonic-patch-forces", tip, sites=tuple(places.values()))
     phase = np.arange(0.0, 361.0, 30.0 if quick else 10.0)
     checked = np.searchsorted(phase, CHECKED)
     truth = read_dataset(solve_dataset(scene, _cases(scene, places, np.array(CHECKED)),
                                        progress=lambda items: progress(items, "direct solves")))
     model = create("modal-krylov", scene, **SETTINGS).fit()
-    mesh, full = tip.mesh, scene.full_order
+    mesh, full = tip.mesh, scene.model
     n_layout, n_frequency, shape = len(LAYOUTS), len(FREQUENCIES), (len(LAYOUTS), len(FREQUENCIES), len(phase))
     major, minor, pad_mean, index, lost = (np.empty(shape) for _ in range(5))
     given, alone = np.empty((*shape, 2)), np.empty((n_layout, n_frequency, 2, 2))
@@ -57,7 +57,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         block = arrays.take(slice(start, start + len(phase)))
         f = FREQUENCIES[j]
         values = model.evaluate(block, "field")
-        nodal = scene.on_all_nodes(values)
+        nodal = scene.whole(values)
         at, pad = nodal[:, mesh.fingerprint_centroid], nodal[:, mesh.pad_nodes]
         major[i, j], minor[i, j] = ellipse_axes(at)
         pad_mean[i, j] = ellipse_axes(pad)[0].mean(axis=1)
@@ -67,7 +67,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         given[i, j] = _power_given(block.force, values @ unit, f)
         single = model.evaluate(CaseArrays(block.node[:1].T, np.full((2, 1), FORCE), np.full(2, f),
                                            np.full(2, LOSS_FACTOR)), "field")
-        alone[i, j, :, 0] = ellipse_axes(scene.on_all_nodes(single)[:, mesh.fingerprint_centroid])[0]
+        alone[i, j, :, 0] = ellipse_axes(scene.whole(single)[:, mesh.fingerprint_centroid])[0]
         alone[i, j, :, 1] = full.dissipated_power(single.T, f, LOSS_FACTOR)
         field[i, j] = nodal[checked][:, mesh.skin_nodes]
         error[i, j] = relative_errors(values[checked], exact[i, j])
@@ -102,7 +102,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
         "checked_phase": ("checked_phase", list(CHECKED), {"long_name": "phase difference", "units": "degree"}),
         **{f"skin_{axis}": ("skin_node", mesh.nodes[mesh.skin_nodes, k], {
             "long_name": f"{axis} of a skin node", **metre}) for k, axis in enumerate("xyz")}},
-        attrs={"force": FORCE, "fingertip": script.spoken(scene.fingertip)})
+        attrs={"force": FORCE, "fingertip": script.spoken(scene.body.fingertip)})
 
 
 def _places(mesh) -> dict[str, int]:
@@ -116,11 +116,11 @@ def _places(mesh) -> dict[str, int]:
     return found | {"right": int(mesh.mirror[found["left"]])}
 
 
-def _cases(scene: HarmonicPatchForces, places: dict[str, int], phase: np.ndarray) -> CaseArrays:
+def _cases(scene: LinearScene, places: dict[str, int], phase: np.ndarray) -> CaseArrays:
     """Every layout at every frequency and phase [degree], phases fastest."""
     def rows() -> Iterator[tuple[list[int], list[complex], float]]:
         for forces in LAYOUTS.values():
-            loads = [scene.load_index(direction, places[place]) for place, direction in forces]
+            loads = [scene.load_index(places[place], direction) for place, direction in forces]
             for f in FREQUENCIES:
                 for angle in phase:
                     yield loads, [FORCE, FORCE * np.exp(1j * np.radians(angle))], f

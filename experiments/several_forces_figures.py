@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from analysis.motion import at_largest_motion, ellipse_axes
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -11,7 +12,6 @@ from matplotlib.colors import Normalize
 from rom.reporting import words
 from rom.reporting.figure import Figure, legend_below, sheet, tidy
 from rom.reporting.skin import draw_skin
-from rom.vibration.motion import at_largest_motion, ellipse_axes
 
 DRAWN_AS = 2.0
 """Length [mm] to which the largest displacement of a row is drawn."""

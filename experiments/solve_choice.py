@@ -14,7 +14,6 @@ import xarray as xr
 
 import rom
 from rom.comparison.errors import energy_errors
-from rom.datasets import solve_cases
 from rom.fingertip import Fingertip
 from rom.metamodels.validity import check_tolerance
 from rom.scenes import CaseArrays, Scene, get_scene
@@ -44,7 +43,7 @@ def measure_choice(tip: Fingertip, quick: bool, progress: script.Progress, seed:
         start = time.perf_counter()
         answer = rom.solve(scene, scene.cases_from(cases), wanted)
         seconds[answer.attrs["method"]] = time.perf_counter() - start
-        truth = solve_cases(scene, cases)[0]
+        truth = scene.solve(cases)[0]["displacement"]
         error.append(_errors(scene, scene.values(answer), truth))
         tolerance.append(np.full(count, wanted))
         ranked = options(get_scene(name, tip), cases, wanted)
@@ -82,7 +81,7 @@ def _many(tip: Fingertip, quick: bool, progress: script.Progress, rng: np.random
     for i in progress(list(range(batches)), "rom.solve: tolerances"):
         scene = scenes[i % 2]
         cases = _cases(scene, 20 if quick else 106, rng, points=2)
-        truth = solve_cases(scene, cases)[0]
+        truth = scene.solve(cases)[0]["displacement"]
         wanted = check_tolerance(10.0 ** rng.uniform(-8, -1))
         answer = rom.solve(scene, scene.cases_from(cases), wanted)
         error.append(_errors(scene, scene.values(answer), truth))
@@ -103,5 +102,5 @@ def _cases(scene: Scene, count: int, rng: np.random.Generator, points: int = POI
 
 
 def _errors(scene: Scene, values: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    stiffness = scene.full_order.stiffness
+    stiffness = scene.model.stiffness
     return energy_errors(values, truth, stiffness) / energy_errors(truth, 0.0, stiffness)

@@ -13,14 +13,7 @@ import numpy as np
 import script
 import xarray as xr
 from analysis.tissue_damped_rom import TissueDampedModel
-from tissue_loss_factors_figures import METHODS, draw, highest
-
-from rom.comparison.errors import relative_errors
-from rom.fingertip import DIRECTIONS
-from rom.fingertip.anatomy import TISSUES
-from rom.fullorder import Modes, SecondOrderModel
-from rom.reporting import html, words
-from rom.vibration.tissue_damping import (
+from analysis.tissue_damping import (
     ASSUMED_LOSS_FACTORS,
     damped_model,
     loss_factors,
@@ -28,6 +21,13 @@ from rom.vibration.tissue_damping import (
     strain_energy_shares,
     with_contrast,
 )
+from tissue_loss_factors_figures import METHODS, draw, highest
+
+from rom.fingertip import DIRECTIONS
+from rom.fingertip.anatomy import TISSUES
+from rom.fullorder import Modes, SecondOrderModel
+from rom.relative import relative_errors
+from rom.reporting import html, words
 
 CONTRASTS = (0.0, 0.5, 1.0, 1.5, 2.0)
 ASSUMED = CONTRASTS.index(1.0)

@@ -16,17 +16,16 @@ import script
 import xarray as xr
 from tissue_strain_figures import at, draw, errors_in_vibration, percent
 
-from rom.comparison.errors import relative_errors
-from rom.datasets import solve_cases
 from rom.datasets.schema import dataset_attributes
 from rom.datasets.vtu import write_vtu
 from rom.fingertip import DIRECTIONS, Fingertip, strain
 from rom.fingertip import strain_measures as measures
 from rom.fingertip.anatomy import TISSUES
+from rom.fingertip.body import AXES
 from rom.metamodels import create
+from rom.relative import relative_errors
 from rom.reporting import html, words
-from rom.scenes import CaseArrays, HarmonicPatchForces, get_scene
-from rom.scenes.scene import AXES
+from rom.scenes import CaseArrays, LinearScene, get_scene
 from rom.vibration.frequency_response import sweep_cases
 
 FREQUENCY = (0.0, 50.0, 125.0, 250.0)
@@ -46,10 +45,10 @@ MILLIMETRE = 1e-3
 
 def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.Dataset:
     """How large is the strain where the mechanoreceptors lie, and how wrong does reduction make it?"""
-    scene = get_scene(HarmonicPatchForces.name, script.fingertip(quick, "study"))
-    tip, mesh = scene.fingertip, scene.fingertip.mesh
+    scene = get_scene("harmonic-patch-forces", script.fingertip(quick, "study"))
+    tip, mesh = scene.body.fingertip, scene.body.fingertip.mesh
     cases = load_cases(scene)
-    truth, _ = solve_cases(scene, cases)
+    truth = scene.solve(cases)[0]["displacement"]
     depths = receptor_depths(tip)
     pad = strain.pad_quads(mesh)
     points = [strain.points_at_depth(mesh, depth * MILLIMETRE, side, pad) for _, depth, side in depths]
@@ -79,7 +78,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "load_node": ("load", mesh.skin_patch(mesh.fingerprint_centroid), {
                 "long_name": "skin nodes that share the force", "units": "1"}),
             **{f"skin_{name}": ("skin_node", mesh.nodes[mesh.skin_nodes, a], {"long_name": text, "units": "m"})
-               for a, (name, text) in enumerate(AXES.items())},
+               for a, (name, text) in enumerate(zip("xyz", AXES, strict=True))},
             **_profile(tip, truth, count)},
         coords={
             "frequency": ("frequency", list(FREQUENCY), {"long_name": "excitation frequency, 0 static", "units": "Hz"}),
@@ -90,7 +89,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     return results.assign(_errors(scene, cases, truth, points, exact, progress))
 
 
-def load_cases(scene: HarmonicPatchForces) -> CaseArrays:
+def load_cases(scene: LinearScene) -> CaseArrays:
     """The three directions at each frequency, directions fastest; statics without loss factor."""
     cases = sweep_cases(scene, FREQUENCY, amplitude=FORCE, loss_factor=LOSS_FACTOR)
     cases.loss_factor[cases.frequency == 0.0] = 0.0
@@ -163,17 +162,17 @@ def _profile(tip: Fingertip, truth: np.ndarray, count: tuple[int, int]) -> dict[
         "profile_tissue": ("face", tissue, {"long_name": "tissue of the element layer"})}
 
 
-def _errors(scene: HarmonicPatchForces, cases: CaseArrays, truth: np.ndarray, points: list[strain.StrainPoints],
+def _errors(scene: LinearScene, cases: CaseArrays, truth: np.ndarray, points: list[strain.StrainPoints],
             exact: Sampled, progress: script.Progress) -> dict[str, tuple]:
     """Errors of the reduced models, over the pad at each depth and over the whole field."""
     train = training(scene)
-    area = _areas(scene.fingertip)
+    area = _areas(scene.body.fingertip)
     rows: dict[str, list] = {name: [] for name in ("strain_error", "strain_error_max", "displacement_error",
                                                    "displacement_error_max", "field_error")}
     for name, settings in progress(list(METHODS), "reduced models"):
         model = create(name, scene, **settings).fit(train if name.startswith("pod") else None)
         answer = model.evaluate(cases)
-        found = Sampled(scene.fingertip, points, answer)
+        found = Sampled(scene.body.fingertip, points, answer)
         rows["field_error"].append(relative_errors(answer, truth).reshape(len(FREQUENCY), -1))
         for kind, mine, reference in (("strain", found.strain, exact.strain),
                                       ("displacement", found.displacement, exact.displacement)):
@@ -193,10 +192,10 @@ def _errors(scene: HarmonicPatchForces, cases: CaseArrays, truth: np.ndarray, po
                 "long_name": text[key], "units": "1"}) for key, values in rows.items()}}
 
 
-def training(scene: HarmonicPatchForces) -> xr.Dataset:
+def training(scene: LinearScene) -> xr.Dataset:
     """Snapshots of the three directions over the band."""
     arrays = sweep_cases(scene, TRAIN_HZ, amplitude=FORCE, loss_factor=LOSS_FACTOR)
-    values, _ = solve_cases(scene, arrays)
+    values = scene.solve(arrays)[0]["displacement"]
     data = scene.label(scene.cases_from(arrays), values)
     data.attrs.update(dataset_attributes(scene))
     return data
@@ -258,7 +257,7 @@ def tables(results: xr.Dataset) -> list[str]:
     peak = moving["strain_error_max"].max(("frequency", "direction")).transpose("method", "depth").values
     strain_error, other = errors_in_vibration(results)
     depths = [str(name) for name in results["depth"].values]
-    head = ["method", "displacement,<br>whole field", *(f"strain,<br>{html.text(name)}" for name in depths)]
+    head = ["method", html.named("displacement", "whole field"), *(html.named("strain", str(name)) for name in depths)]
     rows = [("", [html.named(str(name)), html.cell(words.error(whole[i])),
                   *(html.cell(words.error(strain_error[i, k]), f"displacement {words.error(other[i, k])}, "
                               f"largest strain {words.error(peak[i, k])}") for k in range(len(depths)))])
@@ -273,12 +272,12 @@ def extra(results: xr.Dataset, folder: Path) -> list[Path]:
     tip = script.fingertip(str(results.attrs.get("quick", "0")) == "1", "study")
     if tip.content_hash != results.attrs["content_hash"]:
         return []
-    scene = get_scene(HarmonicPatchForces.name, tip)
+    scene = get_scene("harmonic-patch-forces", tip)
     cases = load_cases(scene)
     hertz = float(results["frequency"].values[-1])
-    values, _ = solve_cases(scene, cases.take(cases.frequency == hertz))
+    values = scene.solve(cases.take(cases.frequency == hertz))[0]["displacement"]
     found = Sampled(tip, [strain.element_centres(tip.mesh)], values)
-    nodal = scene.on_all_nodes(values)
+    nodal = scene.whole(values)
     points, cells = {}, {}
     for i, direction in enumerate(DIRECTIONS):
         points[f"displacement_{direction}_m"] = nodal[i].astype(np.complex64)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import script
 import xarray as xr
+from analysis.mode_pairing import on_common_dofs, pair_modes
 from presentation import mode_tables
 from presentation.published_facts import DESCRIBED, FREQUENCY_TOLERANCE, Fact, elsewhere, facts, rises, with_facts
 
@@ -19,7 +20,6 @@ from rom.reporting import words
 from rom.reporting.figure import Figure, sheet, tidy
 from rom.reporting.mode_shapes import Shape, magnitude_sheet, normal_sheet
 from rom.vibration.modal_analysis import ModalAnalysis, analyse_modes, modes_below
-from rom.vibration.mode_pairing import on_common_dofs, pair_modes
 from rom.vibration.published import published, published_frequencies
 
 FORMULATION = "full"

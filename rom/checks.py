@@ -60,7 +60,15 @@ def real_number(name: str, value: Any, least: float | None = None, most: float |
 
 
 def choice(name: str, value: Any, choices: Iterable[str]) -> str:
-    """``value`` if it is one of ``choices``; ValueError otherwise."""
+    """``value`` if it is one of ``choices``; ValueError otherwise.
+
+    Examples
+    --------
+    >>> choice("precision", "float16", ["float64", "float32"])
+    Traceback (most recent call last):
+        ...
+    ValueError: precision='float16' is unknown: choose one of float64, float32
+    """
     known = list(choices)
     if not isinstance(value, str) or value not in known:
         raise ValueError(f"{name}={shown(value)} is unknown: choose one of {', '.join(known)}")

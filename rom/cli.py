@@ -14,7 +14,7 @@ import warnings
 from pathlib import Path
 from typing import NoReturn
 
-from rom.commands import dataset, explain, export_page, frf, modes, scenes, serve, slide, stability, train
+from rom.commands import body, dataset, explain, export_page, frf, modes, scenes, serve, slide, train
 from rom.commands.progress import bar
 from rom.commands.seed import seed
 from rom.errors import RomError
@@ -55,7 +55,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="rom", description="Reduced-order models of the human fingertip, compared honestly.")
+    parser = _Parser(prog="rom", description="Reduced-order models side by side: how wrong, how fast, for how much.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
 
     compare = commands.add_parser("compare", help="compare the metamodels of a scene and write its report")
@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     report.set_defaults(run=_report)
 
     # each a file in rom/commands
-    for command in (dataset, explain, export_page, frf, modes, scenes, serve, slide, stability, train):
+    for command in (body, dataset, explain, export_page, frf, modes, scenes, serve, slide, train):
         command.add(commands)
     return parser
 
@@ -83,29 +83,28 @@ def _common(parser: argparse.ArgumentParser) -> None:
 
 
 def _compare(arguments: argparse.Namespace) -> None:
-    from rom.comparison import compare, write_results
-    from rom.comparison.side_by_side import chosen_curves
+    from rom.comparison import chosen_curves, compare, scene_of, write_results
     from rom.reporting import conclusions, write_report
 
     methods = arguments.methods.split(",") if arguments.methods else None
-    chosen_curves(arguments.scene, methods, arguments.quick)
+    scene = scene_of(arguments.scene, quick=arguments.quick)
+    chosen_curves(scene, methods, arguments.quick)
     arguments.output.mkdir(parents=True, exist_ok=True)  # an impossible folder is refused before the work, not after
-    results = compare(arguments.scene, methods=methods, cases=arguments.cases, quick=arguments.quick,
-                      seed=arguments.seed, progress=bar)
+    results = compare(scene, methods=methods, cases=arguments.cases, quick=arguments.quick, seed=arguments.seed,
+                      workers=None, progress=bar)
     write_results(results, arguments.output)
     page = write_report(results, arguments.output)
     print(*conclusions(results), page, sep="\n")
 
 
 def _report(arguments: argparse.Namespace) -> None:
-    from rom.comparison import compare, write_results
-    from rom.comparison.settings import COMPARED
+    from rom.comparison import COMPARED, compared, write_results
     from rom.reporting import conclusions, write_index, write_report
 
     arguments.output.mkdir(parents=True, exist_ok=True)
     for name in COMPARED:
         folder = arguments.output / name
-        results = compare(name, quick=arguments.quick, seed=arguments.seed, progress=bar)
+        results = compared(name, quick=arguments.quick, seed=arguments.seed, workers=None, progress=bar)
         write_results(results, folder)
         page = write_report(results, folder)
         print(f"\n{results.attrs['title']}", *conclusions(results), page, sep="\n")

@@ -79,16 +79,16 @@ def import_closure(*modules: str) -> tuple[str, ...]:
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
-        source = _source(name)
-        if name not in found and source is not None:
+        if name not in found and _source(name) is not None:
             found.add(name)
-            waiting += _imports(source)
+            waiting += _imports(name)
     return tuple(sorted(found))
 
 
-def _imports(source: bytes) -> list[str]:
-    """Dotted names that a module's source imports; what only type checkers import is left out."""
-    tree, names = ast.parse(source), []
+@cache
+def _imports(module: str) -> list[str]:
+    """Dotted names that a module imports; what only type checkers import is left out."""
+    tree, names = ast.parse(_source(module) or b""), []
     typing = {id(node) for part in ast.walk(tree) if isinstance(part, ast.If) and "TYPE_CHECKING" in ast.dump(part.test)
               for node in ast.walk(part)}
     for node in ast.walk(tree):

@@ -35,5 +35,10 @@ def relative_errors(answers: np.ndarray, truth: np.ndarray) -> np.ndarray:
     -------
     (...) ndarray
         Infinite where the truth is zero and the answer is not, or where the answer is not finite.
+
+    Examples
+    --------
+    >>> relative_errors(np.array([[1.0, 1.1], [0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 1.0], [0.0, 0.0], [0.0, 0.0]]))
+    array([0.07071068, 0.        ,        inf])
     """
     return relative(np.linalg.norm(answers - truth, axis=-1), np.linalg.norm(truth, axis=-1))

@@ -35,9 +35,10 @@ for name in ("harmonic_factorization", "solve_harmonic", "dynamic_stiffness"):
     forbid(SecondOrderModel, name, "complex numbers")
 
 from rom.datasets import draw_cases
-from rom.datasets.schema import dataset_attributes, encode_complex
+from rom.datasets.schema import dataset_attributes
 from rom.metamodels import create
 from rom.scenes import get_scene
+from rom.scenes.complex_parts import encode_complex
 
 scene = get_scene("static-point-forces", Fingertip(density=MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))))
 arrays, cases = draw_cases(scene, 60, 6, seed=1)

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from analysis.mode_pairing import on_mesh
 from rom.cache import cached_path
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import SolverError
 from rom.fingertip import TISSUES, Anatomy, Fingertip, MeshDensity
 from rom.provenance import source_digest
 from rom.vibration.modal_analysis import analyse_modes
-from rom.vibration.mode_pairing import on_mesh
 
 LADDER = (
     MeshDensity((8, 8), 5, 5, (1, 1, 1, 2)),  # 2,406 nodes

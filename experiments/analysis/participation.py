@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.fullorder import Modes, SecondOrderModel
+from rom.fullorder.poles import Poles, operating_points
 
 Floats = NDArray[np.float64]
 
@@ -82,9 +83,8 @@ def coordinates(modes: Modes, loads: NDArray, frequency: NDArray, loss_factor: f
     -------
     (n_load, n_frequency, m) ndarray, complex [m kg^1/2]
     """
-    omega = 2.0 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float))
-    pole = modes.eigenvalue * (1.0 + 1j * loss_factor) - (omega**2)[:, None]
-    return participation(modes, loads)[:, None, :] / pole
+    stiffness, inertia = operating_points(np.asarray(frequency, dtype=float), loss_factor)
+    return Poles.of_modes(modes.eigenvalue).at(participation(modes, loads)[:, None, :], stiffness, inertia)
 
 
 def energy_shares(model: SecondOrderModel, modes: Modes, displacement: NDArray) -> Shares:

@@ -17,11 +17,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.tissue_damping import loss_factors
 from rom.fingertip import Fingertip
 from rom.fingertip.anatomy import TISSUES
 from rom.vibration.matrix_derivatives import ProjectedDerivatives, projected_derivatives
 from rom.vibration.parameters import parameter_coordinates
-from rom.vibration.tissue_damping import loss_factors
 
 
 def receptance_sensitivity(

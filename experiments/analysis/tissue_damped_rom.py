@@ -10,7 +10,7 @@ Z = K + i sum eta_t K_t - omega^2 M is projected tissue by tissue, once, onto re
 Modes alone would not do: unequal losses bend the shapes, and what bends them lies outside the modes. `galerkin`
 solves a small dense system a case; it is exact within its space, so that more modes or vectors only make it better.
 `uncoupled` keeps the diagonal of the projected losses only: the real-mode model, with modal loss factors as
-`rom.vibration.tissue_damping` has them.
+`analysis.tissue_damping` has them.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.tissue_damping import loss_factors, loss_stiffness
 from rom.fingertip import Fingertip
 from rom.fingertip.anatomy import TISSUES
 from rom.fullorder import Modes, SecondOrderModel, blas_threads
 from rom.fullorder.load_vectors import load_vectors
-from rom.vibration.tissue_damping import loss_factors, loss_stiffness
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ FACES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tetra": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
     "hexahedron": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
 }
-"""Corners of a cell's faces, counter-clockwise seen from outside, in VTK's order of nodes; by the cell's linear kind."""
+"""Corners of a cell's faces, counter-clockwise seen from outside, in VTK's order, by the cell's linear kind."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +36,28 @@ class Grid:
         What a region is called, such as "tissue".
     names : (n_node,) ndarray, optional
         Labels of the nodes in the program that they come from; default: 0, 1, 2 ...
+    sets : dict of ndarray of int
+        Nodes of each named set of the mesh, such as a face.
     axes : tuple of str
         What each coordinate means, in words.
     noun : str
         What the grid is of, such as "fingertip mesh".
     known_hash : str, optional
         Digest that the mesh is known by already.
+    outside : (n_face, 4) ndarray of int, optional
+        What is drawn of it, outwards; default: every face that one cell alone has.
+
+    Examples
+    --------
+    One tetrahedron held at three corners: the fourth has three degrees of freedom, and every face is skin.
+
+    >>> import numpy as np
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> grid = Grid(corners, free=np.array([9, 10, 11]), cells={"tetra": np.array([[0, 1, 2, 3]])})
+    >>> grid.on_all_nodes(np.array([[1.0, 2.0, 3.0]]))[0, 3]
+    array([1., 2., 3.])
+    >>> len(grid.skin)
+    4
     """
 
     nodes: np.ndarray
@@ -52,9 +68,11 @@ class Grid:
     region_names: tuple[str, ...] = ()
     region_noun: str = "region"
     names: np.ndarray | None = None
+    sets: dict[str, np.ndarray] = field(default_factory=dict)
     axes: tuple[str, ...] = ("position along x", "position along y", "position along z")
     noun: str = "mesh"
     known_hash: str | None = None
+    outside: np.ndarray | None = None
 
     @property
     def n_node(self) -> int:
@@ -85,10 +103,20 @@ class Grid:
         """(n_case, n) ndarray from (n_case, n_node, n_component): the inverse of :meth:`on_all_nodes`."""
         return fields.reshape(len(fields), -1)[:, self.free]
 
+    def coordinates(self, node: np.ndarray) -> dict[str, tuple]:
+        """Coordinates of labelled fields at the nodes (n,): labels, components, positions [m]."""
+        return {
+            "node": ("node", self.node_names[node], {"long_name": "mesh node", "units": "1"}),
+            "component": ("component", list(self.components), {"long_name": "component of the displacement"}),
+            **{f"node_{axis}": ("node", self.nodes[node, i], {"long_name": text, "units": "m"})
+               for i, (axis, text) in enumerate(zip("xyz", self.axes, strict=False))}}
+
     @cached_property
     def skin(self) -> np.ndarray:
-        """(n_face, 4) ndarray of int: faces that one cell alone has, outwards; triangles repeat their last corner."""
-        faces = []
+        """(n_face, 4) ndarray of int: what is drawn, outwards; triangles repeat their last corner."""
+        if self.outside is not None:
+            return self.outside
+        faces: list[np.ndarray] = []
         for kind, cells in self.cells.items():
             linear = next((name for name in FACES if kind.startswith(name)), None)
             if linear is not None:
@@ -101,5 +129,7 @@ class Grid:
         if not faces:
             return np.empty((0, 4), dtype=np.int64)
         every = np.concatenate(faces)
-        _, first, count = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_counts=True)
-        return every[np.sort(first[count == 1])]
+        key = every.copy()
+        key[every[:, 3] == every[:, 2], 3] = -1  # the repeated one may be another in the next cell
+        _, index, times = np.unique(np.sort(key, axis=1), axis=0, return_index=True, return_counts=True)
+        return every[np.sort(index[times == 1])]

@@ -30,6 +30,13 @@ class Loads:
     ------
     ValueError
         Where the shapes differ or two loads have the same labels.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> loads = Loads.named(np.eye(3), ["left", "middle", "right"])
+    >>> len(loads), loads.names
+    (3, ['left', 'middle', 'right'])
     """
 
     columns: np.ndarray

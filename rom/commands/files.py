@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
+from rom.files import check_output
+
 
 def check_files(arguments: argparse.Namespace, endings: Mapping[str, str]) -> None:
-    """Refuse a wrong ending, a folder in the file's place, or a missing folder.
+    """Refuse a wrong ending, a place where no file can be, or a missing folder.
 
     Parameters
     ----------
@@ -17,7 +19,7 @@ def check_files(arguments: argparse.Namespace, endings: Mapping[str, str]) -> No
 
     Raises
     ------
-    ValueError
+    ValueError, OSError
     """
     for name, ending in endings.items():
         path = getattr(arguments, name)
@@ -27,3 +29,5 @@ def check_files(arguments: argparse.Namespace, endings: Mapping[str, str]) -> No
             raise ValueError(f"--{name} got {str(path)!r}, which is a folder: name a file")
         if path is not None and not path.parent.is_dir():
             raise ValueError(f"--{name} got {str(path)!r}, but the folder {path.parent} does not exist: make it first")
+        if path is not None:
+            check_output(path)

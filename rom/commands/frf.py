@@ -63,8 +63,9 @@ def run(arguments: argparse.Namespace) -> None:
     static = frequency_response(model, [0.0], directions, **options)["receptance"].isel(frequency=0, drop=True)
     found["static_receptance"] = abs(static).assign_attrs(
         long_name="magnitude of the receptance at 0 Hz, loss factor included", units="m N-1")
-    if "relative_energy_error_bound" in (indicators := model.indicators(cases)):
-        bound = indicators["relative_energy_error_bound"][1]
+    bounds = model.indicators(cases)
+    if "relative_energy_error_bound" in bounds:
+        bound = bounds["relative_energy_error_bound"][1]
         found["energy_error_bound"] = (("direction", "frequency"), bound.reshape(len(frequency), -1).T, {
             "long_name": "rigorous bound of the relative error in the energy norm", "units": "1"})
     found.attrs = _attributes(arguments, model, scene)
@@ -122,28 +123,29 @@ def _check_method(name: str, scene: LinearScene) -> None:
 
 def _model(arguments: argparse.Namespace, scene: LinearScene, last: float) -> Metamodel:
     from rom.metamodels import create
+    from rom.scenes.fingertip_scene import fingertip_of
 
     settings: dict[str, Any] = {}
     if arguments.method.startswith("modal"):
         from rom.fullorder import sturm_count
 
+        tip = fingertip_of(scene)
         highest = BEYOND * max(last, arguments.at or 0.0)
-        found = sturm_count(scene.model.stiffness, scene.model.mass, highest) if highest > 0 else 0
-        settings["modes"] = max(MODES, found)
+        settings["modes"] = max(MODES, sturm_count(tip.stiffness, tip.mass, highest) if highest > 0 else 0)
     if arguments.method == "modal-krylov":
         settings["vectors"] = VECTORS
     return create(arguments.method, scene, **settings)
 
 
 def _attributes(arguments: argparse.Namespace, model: Metamodel, scene: LinearScene) -> dict[str, Any]:
+    from rom.comparison.entries import label
     from rom.provenance import stamp
-    from rom.scenes.harmonic_patch_forces import site_nodes
+    from rom.scenes.fingertip_scene import fingertip_of
 
-    tip = fingertip_from(arguments)
-    method = " ".join([model.name, *(f"{name}={value}" for name, value in model.settings.items())])
-    return stamp(method=method, scene_parameters=scene.to_json(),
+    tip = fingertip_of(scene)
+    return stamp(method=label(model.name, model.settings), scene_parameters=scene.to_json(),
                  fingertip=tip.content_hash, formulation=tip.formulation, rear=tip.rear) | {
-        "node": int(site_nodes(scene)[0]), "loss_factor": arguments.loss_factor,
+        "node": int(scene.loads.labels["load_node"][0]), "loss_factor": arguments.loss_factor,
         "force_amplitude": arguments.amplitude, "n_free": scene.n_free, "n_nodes": tip.mesh.n_nodes}
 
 
@@ -190,7 +192,8 @@ def _peak_lines(found: xr.Dataset) -> list[str]:
 
 def _write_vtu(scene: LinearScene, directions: list[str], values: np.ndarray, at: float, path: Path) -> None:
     from rom.datasets.vtu import write_vtu
+    from rom.scenes.fingertip_scene import fingertip_of
 
-    write_vtu(path, scene.body.fingertip.mesh, {
+    write_vtu(path, fingertip_of(scene).mesh, {
         f"displacement_{name}_{at:g}_Hz_m": field
         for name, field in zip(directions, scene.whole(values), strict=True)})

@@ -1,43 +1,55 @@
-"""The entries of a comparison: a method at a setting, fitted once for each split and found again in the cache."""
+"""The entries of a comparison: a method at a setting, fitted once for each split."""
 
 from __future__ import annotations
 
 import hashlib
 import logging
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from rom.cache import cached_path
-from rom.comparison.settings import TRAINED, Curve, label, setting_words
-from rom.datasets import SPLITS, read_dataset, select
-from rom.datasets.storage import open_netcdf
+from rom.comparison.truth import Truth
+from rom.datasets import SPLITS
 from rom.errors import NoWeightsError, SchemaError
-from rom.metamodels import METHODS, Metamodel, create, load, metamodel_class
-from rom.metamodels.networks.sizes import weights_path
+from rom.metamodels import Curve, Metamodel, applicable, create, load, metamodel_class
+from rom.metamodels.networks.sizes import TRAINED, weights_path
 from rom.provenance import source_digest, versions
-from rom.scenes import Scene, get_scene
+from rom.scenes import Scene
 
 log = logging.getLogger(__name__)
 
+REFITTED_SECONDS = 30.0
+"""A fit that takes less is not kept: it is measured again in every comparison."""
+STORED_BYTES = 50e6
+"""Of a model that is kept."""
 
-@dataclass
+
+@dataclass(eq=False)
 class Entry:
-    """A method at a setting with a fitted model for each split: the same one twice where it learns nothing; none for
-    the second where no trained weights for it come with the toolkit."""
+    """A method at a setting.
 
-    method: str
+    Parameters
+    ----------
+    kind : type of Metamodel
+    settings : dict
+    headline : bool
+        Whether it speaks for its method.
+    """
+
+    kind: type[Metamodel]
     settings: dict[str, Any]
     headline: bool
-    models: dict[str, Any]
-    """Metamodels, or those of load paths."""
-    keys: dict[str, str]
-    """Digest of everything that each model depends on."""
-    snapshot_seconds: float
+    model: Any = None
+    """Fitted to the first split, as long as it is needed: the one that is timed."""
+    facts: dict[str, Any] = field(default_factory=dict)
+    """What was measured of it, by variable."""
+
+    @property
+    def method(self) -> str:
+        return self.kind.name
 
     @property
     def label(self) -> str:
@@ -49,105 +61,29 @@ class Entry:
 
     @property
     def trained(self) -> bool:
-        """Whether it has weights that were trained on the whole published set."""
+        """Whether it has weights that come with the toolkit, trained on the whole published set."""
         return TRAINED in self.settings
 
-    @property
-    def model(self) -> Any:
-        """The one that is timed."""
-        return self.models[SPLITS[0]]
 
+def chosen_curves(scene: Scene, methods: list[str] | None, quick: bool) -> dict[str, Curve]:
+    """Settings of the methods that are compared: all that apply, or those asked for and the full-order ones.
 
-class Truth:
-    """A dataset on disk of which only what is asked for is read.
-
-    Parameters
-    ----------
-    path : Path
-    key : str
-        Identifies its content in cache recipes.
-    seed : int
-        What it was drawn from; networks start from the same.
+    Raises
+    ------
+    ValueError
+        For a method that is unknown or does not apply.
     """
-
-    def __init__(self, path: Path, key: str, seed: int) -> None:
-        self.path, self.key, self.seed = path, key, seed
-        self.index = read_dataset_index(path)
-        self._training: dict[str, xr.Dataset] = {}
-
-    def training(self, split: str) -> xr.Dataset:
-        """Training cases of a split, kept until another split or :meth:`forget`, so that methods share one POD."""
-        if split not in self._training:
-            self.forget()
-            self._training[split] = read_dataset(self.path, select(self.index, split, "train"))
-        return self._training[split]
-
-    def forget(self) -> None:
-        """Let the training cases go."""
-        self._training.clear()
-
-    def snapshot_seconds(self, split: str) -> float:
-        """What the training cases of a split cost to solve [s]."""
-        return float(self.index["solve_seconds"].values[select(self.index, split, "train")].sum())
-
-    def held_out(self) -> np.ndarray:
-        """Positions of the cases that any split holds out."""
-        return np.unique(np.concatenate([select(self.index, split, "test") for split in SPLITS]))
+    for name in methods or ():
+        metamodel_class(name, scene)
+    kinds = [metamodel_class(name, scene) for name, reason in applicable(scene).items() if reason is None]
+    return {kind.name: kind.quick_curve(scene) if quick else kind.curve(scene) for kind in kinds
+            if methods is None or kind.name in methods or kind.full_order}
 
 
-def read_dataset_index(path: Path) -> xr.Dataset:
-    """A dataset without its fields: inputs, splits, residuals."""
-    with open_netcdf(path) as data:
-        return data.drop_vars(["displacement", "mesh_volume_nodes", "tissue"], errors="ignore").load()
-
-
-def fit_entries(scene: Scene, curves: dict[str, Curve], truth: Truth, progress: Callable
-                ) -> tuple[list[Entry], list[str]]:
-    """Fit every setting of every method, or load what was fitted before.
-
-    Returns
-    -------
-    entries : list of Entry
-    omitted : list of str
-        Settings that cannot be fitted to these data, each with the reason.
-    """
-    rows = list(rows_of(curves))
-    found: dict[str, dict[str, tuple[Metamodel, str]]] = {}
-    omitted: dict[str, str] = {}
-    for split, (method, settings, _) in progress([(split, row) for split in SPLITS for row in rows]):
-        name = label(method, settings)
-        if name in omitted:
-            continue
-        first = found.setdefault(name, {})
-        if first and not metamodel_class(method).learns:
-            first[split] = first[SPLITS[0]]
-            continue
-        try:
-            first[split] = _fit_or_load(scene, method, settings, truth, split)
-        except SchemaError:  # a damaged truth is no reason to leave a method out
-            raise
-        except NoWeightsError as error:
-            if split == SPLITS[0]:
-                log.warning("%s is left out: %s", name, error)
-                omitted[name] = f"{name}: {error}"
-        except ValueError as error:  # a rank that few quick cases do not span, say
-            log.warning("%s is left out: %s", name, error)
-            omitted[name] = f"{name}: {error}"
-    truth.forget()
-    entries = []
-    for method, settings, headline in rows:
-        name = label(method, settings)
-        if name not in omitted:
-            models = {split: model for split, (model, _) in found[name].items()}
-            keys = {split: key for split, (_, key) in found[name].items()}
-            entry = Entry(method, settings, headline, models, keys, 0.0)
-            if entry.trained:
-                entry.snapshot_seconds = float(entry.model.learned_from["seconds"])
-            elif metamodel_class(method).learns:
-                entry.snapshot_seconds = truth.snapshot_seconds(SPLITS[0])
-            entries.append(entry)
-    every_method_has_a_headline(entries)
-    return entries, list(omitted.values())
+def entries_of(scene: Scene, curves: dict[str, Curve]) -> list[Entry]:
+    """An entry for each setting of each method."""
+    return [Entry(metamodel_class(method, scene), settings, i == curve.headline % len(curve.settings))
+            for method, curve in curves.items() for i, settings in enumerate(curve.settings)]
 
 
 def every_method_has_a_headline(entries: list[Entry]) -> None:
@@ -158,76 +94,102 @@ def every_method_has_a_headline(entries: list[Entry]) -> None:
             mine[-1].headline = True
 
 
-def rows_of(curves: dict[str, Curve]) -> Iterator[tuple[str, dict[str, Any], bool]]:
-    """Method, settings and whether they are its headline, of every setting."""
-    for method, curve in curves.items():
-        for i, settings in enumerate(curve.settings):
-            yield method, settings, i == curve.headline % len(curve.settings)
+def fitted(entry: Entry, scene: Scene, truth: Truth, split: str) -> Metamodel | None:
+    """The entry's method fitted to a split; None where no trained weights for a further split come with the toolkit.
+
+    Raises
+    ------
+    ValueError
+        Where it cannot be fitted to these data: a rank that few cases do not span, say, or weights that are missing.
+    SchemaError
+        Where the truth is damaged.
+    """
+    if not entry.trained:
+        return fit_or_load(entry.kind, scene, entry.settings, truth, split)
+    from rom.metamodels.networks.weights import trained_network
+
+    try:
+        return trained_network(entry.method, scene, entry.settings[TRAINED], split, truth.seed,
+                               entry.settings.get("precision"))
+    except NoWeightsError:
+        if split == SPLITS[0]:
+            raise
+        return None
 
 
-def _fit_or_load(scene: Scene, method: str, settings: dict[str, Any], truth: Truth, split: str
-                 ) -> tuple[Metamodel, str]:
-    if TRAINED in settings:
-        from rom.metamodels.networks.weights import trained_network
-
-        size, precision = settings[TRAINED], settings.get("precision")
-        model = trained_network(method, scene, size, split, truth.seed, precision)
-        return model, f"{method} {size} {split} {precision} {weights_digest(method, size, split)}"
-    path = model_path(scene, method, settings, truth.key, truth.seed, split)
-    settings = seeded(method, settings, truth.seed)
+def fit_or_load(kind: type[Metamodel], scene: Scene, settings: dict[str, Any], truth: Truth, split: str = SPLITS[0]
+                ) -> Metamodel:
+    """A fitted method, from the cache where an earlier fit took long."""
+    path = model_path(kind, scene, settings, truth.key, truth.seed, split)
     if path.exists():
         try:
-            return load(path, scene), path.stem
+            return load(path, scene)
         except SchemaError as error:
             log.warning("a cached model is fitted again: %s", error)
     # a scene of its own: no method profits unbilled from a factor that another one made
-    own = get_scene(scene.name, scene.fingertip, scene.outputs)
-    model = create(method, own, **settings).fit(truth.training(split) if metamodel_class(method).learns else None)
-    model.save(path)
+    model = create(kind.name, scene.afresh(), **seeded(kind, settings, truth.seed))
+    model.fit(truth.training(split) if kind.learns else None)
+    if model.offline_seconds >= REFITTED_SECONDS and model.model_bytes <= STORED_BYTES:
+        model.save(path)
     model.scene = scene
-    return model, path.stem
+    return model
 
 
-def model_path(scene: Scene, method: str, settings: dict[str, Any], truth_key: str, seed: int,
+def model_path(kind: type[Metamodel], scene: Scene, settings: dict[str, Any], truth_key: str, seed: int,
                split: str = SPLITS[0]) -> Path:
     """Where in the cache a method fitted at a setting lies, or would lie.
 
     Parameters
     ----------
+    kind : type of Metamodel
     scene : Scene
-    method : str
     settings : dict
     truth_key : str
         Of the dataset that it learns from, if it learns.
     seed : int
-        Networks start from it.
+        What takes a seed starts from it.
     split : str
     """
-    network = is_network(method)
-    recipe = {"method": method, "settings": seeded(method, settings, seed), "scene": scene.to_json(),
-              "content": scene.content_hash, "data": [truth_key, split] if metamodel_class(method).learns else None,
-              "versions": versions(),
-              "source": source_digest("fullorder", "fingertip", "scenes", "datasets",
-                                      *([f"metamodels/{name}.py" for name in SOURCES]),
-                                      *(["metamodels/networks"] if network else []))}
-    return cached_path("models", recipe, ".safetensors" if network else ".nc")
+    parts = (kind, *map(type, (scene, getattr(scene, "body", scene))))
+    recipe = {"method": kind.name, "settings": seeded(kind, settings, seed), "scene": scene.to_json(),
+              "content": scene.content_hash, "data": [truth_key, split] if kind.learns else None,
+              "versions": versions(), "source": source_digest(*sorted({part.__module__ for part in parts}))}
+    return cached_path("models", recipe, kind.suffix)
 
 
-def weights_digest(method: str, size: str, split: str) -> str:
-    """sha256 of the trained weights that come with the toolkit, and of what evaluates them."""
-    found = hashlib.sha256(weights_path(method, size, split).read_bytes()).hexdigest()
-    return found + source_digest("metamodels/networks", "metamodels/basis.py")
+def seeded(kind: type[Metamodel], settings: dict[str, Any], seed: int) -> dict[str, Any]:
+    """The settings, with the seed where the method takes one."""
+    return {**settings, "seed": seed} if kind.seeded else settings
 
 
-def is_network(method: str) -> bool:
-    """Whether a method is a network, which needs torch and a seed."""
-    return METHODS[method][0].startswith("networks.")
+def settings_digest(curves: dict[str, Curve]) -> list[Any]:
+    """JSON-able: settings, and what lies in the files of trained weights that they name."""
+    weights = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for method, curve in curves.items()
+               for settings in curve.settings if TRAINED in settings for split in SPLITS
+               if (path := weights_path(method, settings[TRAINED], split)).exists()}
+    return [{method: list(curve) for method, curve in curves.items()}, weights]
 
 
-def seeded(method: str, settings: dict[str, Any], seed: int) -> dict[str, Any]:
-    """The settings, with the seed where the method is a network."""
-    return {**settings, "seed": seed} if is_network(method) else settings
+def offline(entry: Entry, scene: Scene, truth: Truth) -> dict[str, Any]:
+    """What an entry cost before its first answer, and what that was spent on."""
+    model = entry.model
+    snapshots, cases, source = 0.0, np.nan, ""
+    if entry.trained:
+        origin = model.learned_from
+        snapshots, cases = float(origin["seconds"]), float(origin["cases"])
+        source = "a verified reduced model" if scene.harmonic else "direct"
+    elif entry.kind.learns:
+        snapshots, source = truth.snapshot_seconds(SPLITS[0]), "direct"
+    return {"snapshot_seconds": snapshots, "fit_seconds": model.offline_seconds, "learned_cases": cases,
+            "snapshot_source": source, "model_bytes": float(model.model_bytes)}
 
 
-SOURCES = ("metamodel", "basis", "direct", "superposition", "certificate", "modal", "modal_certificate",
-           "pod", "coarse_fem", "regression", "regressors", "lookup_table", "residual_bound", "validity")
+def label(method: str, settings: dict[str, Any]) -> str:
+    """Name of an entry: the method and its settings."""
+    return " ".join([method, *setting_words(settings)])
+
+
+def setting_words(settings: dict[str, Any]) -> list[str]:
+    """``name=value`` of each setting."""
+    return [f"{name}={'all' if value is None else value}" for name, value in settings.items()]
+

@@ -1,152 +1,179 @@
-"""Errors of fitted entries on held-out cases, kept by content; the worst fields; the certificates' effectivity."""
+"""How fitted entries answer the held-out cases: errors, bounds over errors, the worst case."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from rom.cache import cached_path
-from rom.comparison.entries import Entry, Truth
-from rom.comparison.errors import energy_errors, relative_errors, statistics
-from rom.datasets import SPLITS, select
-from rom.datasets.storage import read_netcdf, write_netcdf
-from rom.metamodels.metamodel import CertifiedMetamodel, Metamodel
-from rom.provenance import source_digest
-from rom.scenes import CaseArrays, Scene
+from rom.comparison.entries import Entry
+from rom.comparison.errors import energy_errors, largest, of_cases, statistics
+from rom.comparison.truth import Tests, take
+from rom.comparison.worst import worst_case
+from rom.datasets import SPLITS
+from rom.metamodels import Metamodel
+from rom.scenes import Scene
 
 BOUNDED_CASES = 64
 """Held-out cases, about, on which the bound of a method without a certificate of its own is measured."""
 VISIBLE = 1e-9
 """Relative energy error above which an error is not the truth's own rounding."""
-SHARE = {"direct": 32, "direct-reused": 32, "coarse-fem": 4}
-"""One held-out operating point in so many is evaluated where each costs a factorization: `direct` is the truth itself,
-and the error of a coarse mesh varies little. All other methods answer every held-out case."""
+
+STATISTICS = {"max": "largest", "p95": "95 % quantile of the", "median": "median"}
 
 
-def measure_errors(entries: list[Entry], scene: Scene, truth: Truth, values: np.ndarray, arrays: CaseArrays,
-                   cases: np.ndarray, progress: Callable) -> dict[str, tuple]:
-    """Error variables of the results.
+@dataclass
+class Judged:
+    """Errors of one entry; NaN where it was not judged. Shapes begin with (split, case)."""
 
-    Parameters
-    ----------
-    values : (n_case, n_free) ndarray [m]
-        True answers of the held-out cases.
-    arrays : CaseArrays
-        Their inputs.
-    cases : (n_case,) ndarray of int
-        Their positions in the truth.
+    case_error: np.ndarray
+    position_error: np.ndarray | None = None
+    further: np.ndarray | None = None
+    """(split, case, quantity) ndarray: errors that are told beside."""
+    projection: np.ndarray = field(default_factory=lambda: np.full(len(SPLITS), np.nan))
+    validation: np.ndarray = field(default_factory=lambda: np.full(len(SPLITS), np.nan))
+    evaluated: np.ndarray = field(default_factory=lambda: np.full(len(SPLITS), -1))
+    effectivity: tuple[float, float, float] = (np.nan, np.nan, np.nan)
+    """Least, median and largest bound over true energy error."""
+    worst: dict[str, Any] = field(default_factory=dict)
+
+
+def judge(entry: Entry, model: Metamodel, split: str, scene: Scene, tests: Tests, validation: Tests | None) -> None:
+    """Measure a fitted model on the cases that a split holds out; ``entry.facts["judged"]`` takes it in.
+
+    Full-order methods and others that take long answer one case in ``kind.slow``, every other method all of them.
     """
-    n_entry, n_case, n_region = len(entries), len(cases), len(scene.regions)
-    error = np.full((n_entry, len(SPLITS), n_case), np.nan)
-    stats = np.full((3, n_entry, len(SPLITS)), np.nan)
-    projection = np.full((n_entry, len(SPLITS)), np.nan)
-    by_region = np.full((n_entry, n_region), np.nan)
-    worst, evaluated = np.full((2, n_entry, len(SPLITS)), -1)
-    effectivity = np.full((3, n_entry), np.nan)
-    region = truth.index["hard_region"].values[cases]
-    for i, entry in enumerate(progress(entries)):
-        # neighbours in the sampling share an operating point, hence a factorization
-        share = (cases // 8) % SHARE.get(entry.method, 1) == 0
-        for j, split in enumerate(SPLITS):
-            if split not in entry.models:
-                continue
-            tested = np.isin(cases, select(truth.index, split, "test"))
-            rows = np.flatnonzero(tested & share if (tested & share).any() else tested)
-            evaluated[i, j] = len(rows)
-            found = _entry_errors(entry, split, scene, truth, values[rows], arrays.take(rows))
-            error[i, j, rows] = found["error"]
-            stats[:, i, j] = statistics(found["error"])
-            worst[i, j] = cases[rows[np.argmax(found["error"])]]
-            projection[i, j] = found["projection"].max(initial=-np.inf) if len(found["projection"]) else np.nan
-            if j == 0 and len(found["effectivity"]):
-                ratio = found["effectivity"]
-                effectivity[:, i] = ratio.min(), np.median(ratio), ratio.max()
-        for k in range(n_region):
-            inside = error[i, -1, region == k + 1]
-            by_region[i, k] = np.nan if np.isnan(inside).all() else np.nanmax(inside)
-    maximum, p95, median = stats
-    one = {"units": "1"}
-    return {
-        "error_max": (("entry", "split"), maximum, {"long_name": "largest relative error over held-out cases", **one}),
-        "error_p95": (("entry", "split"), p95, {"long_name": "95 % quantile of the relative error", **one}),
-        "error_median": (("entry", "split"), median, {"long_name": "median relative error", **one}),
-        "error_by_region": (("entry", "region"), by_region, {
-            "long_name": "largest relative error in a part of the hard split", **one}),
-        "case_error": (("entry", "split", "case"), error, {"long_name": "relative error of a held-out case", **one}),
-        "worst_case": (("entry", "split"), worst, {"long_name": "case of the largest error", **one}),
-        "n_evaluated": (("entry", "split"), evaluated, {"long_name": "held-out cases that were evaluated", **one}),
-        "projection_error_max": (("entry", "split"), projection, {
-            "long_name": "largest relative error of the best approximation in the method's own basis", **one}),
-        **{f"effectivity_{name}": ("entry", effectivity[k], {
-            "long_name": f"{name} of bound over true energy error", **one})
-            for k, name in enumerate(("min", "median", "max"))},
-    }
-
-
-def _entry_errors(entry: Entry, split: str, scene: Scene, truth: Truth, values: np.ndarray, arrays: CaseArrays
-                  ) -> dict[str, np.ndarray]:
-    """Errors of one model, found again where the model and the truth are the same."""
-    path = cached_path("errors", {"model": entry.keys[split], "truth": truth.key, "split": split,
-                                  "source": source_digest("comparison/errors.py", "comparison/held_out.py")})
-    if path.exists():
-        data = read_netcdf(path)
-        return {name: data[name].values for name in ("error", "projection", "effectivity")}
-    model = entry.models[split]
+    if "judged" not in entry.facts:
+        entry.facts["judged"] = Judged(np.full((len(SPLITS), len(tests.number)), np.nan))
+    found: Judged = entry.facts["judged"]
+    j = SPLITS.index(split)
+    rows = _rows(entry, scene, tests, split)
+    arrays, values = tests.arrays.take(rows), take(tests.values, rows)
     answers = model.evaluate(arrays, "field")
-    best = model.best_approximation(values)
-    found = {"error": relative_errors(answers, values),
-             "projection": np.empty(0) if best is None else relative_errors(best, values), "effectivity": np.empty(0)}
-    found["effectivity"] = _effectivity(model, scene, values, answers, arrays)
-    write_netcdf(xr.Dataset({name: (f"{name}_case", array) for name, array in found.items()}), path)
-    return found
+    state, *further = scene.errors(arrays, answers, values).values()
+    found.case_error[j, rows] = of_cases(state)
+    if state.ndim > 1:
+        found.position_error = _put(found.position_error, (*found.case_error.shape, *state.shape[1:]), j, rows, state)
+    if further:
+        found.further = _put(found.further, (*found.case_error.shape, len(further)), j, rows,
+                             np.stack([of_cases(one) for one in further], axis=-1))
+    found.evaluated[j] = int((~np.isnan(found.case_error[j, rows])).sum())
+    found.projection[j] = _projection_error(model, scene, arrays, values)
+    if validation is not None and not entry.kind.full_order:
+        found.validation[j] = _validation_error(entry, model, split, scene, validation)
+    if j == 0:
+        if scene.has_residual and entry.kind.slow == 1:
+            found.effectivity = _effectivity(model, scene, values, answers, arrays)
+        found.worst = worst_case(model, scene, tests, rows, state)
 
 
-def _effectivity(model: Metamodel, scene: Scene, values: np.ndarray, answers: np.ndarray, arrays: CaseArrays
-                 ) -> np.ndarray:
-    """Bound over true energy error of the cases whose error stands out from rounding; empty where none is bounded."""
-    certified = isinstance(model, CertifiedMetamodel)
+def _rows(entry: Entry, scene: Scene, tests: Tests, split: str) -> np.ndarray:
+    """Positions among the tests of the cases that an entry answers."""
+    rows = np.flatnonzero(tests.tested[split])
+    return rows[scene.thinned(tests.number[rows], entry.kind.slow)]
+
+
+def _put(array: np.ndarray | None, shape: tuple[int, ...], split: int, rows: np.ndarray, values: np.ndarray
+         ) -> np.ndarray:
+    array = np.full(shape, np.nan) if array is None else array
+    array[split, rows] = values
+    return array
+
+
+def _largest_error(scene: Scene, arrays: Any, answers: Any, truth: Any) -> float:
+    return float(largest(next(iter(scene.errors(arrays, answers, truth).values()))))
+
+
+def _projection_error(model: Metamodel, scene: Scene, arrays: Any, truth: Any) -> float:
+    """Largest error of the best that the method's own basis could answer; NaN where it has none."""
+    several = isinstance(truth, dict)
+    judged = truth[scene.quantity] if several else truth
+    best = model.best_approximation(arrays, judged)
+    if best is None:
+        return np.nan
+    return _largest_error(scene, arrays, *(({scene.quantity: one} if several else one) for one in (best, judged)))
+
+
+def _validation_error(entry: Entry, model: Metamodel, split: str, scene: Scene, tests: Tests) -> float:
+    rows = _rows(entry, scene, tests, split)
+    arrays = tests.arrays.take(rows)
+    if not len(rows):
+        return np.nan
+    return _largest_error(scene, arrays, model.evaluate(arrays, "field"), take(tests.values, rows))
+
+
+def _effectivity(model: Any, scene: Any, values: np.ndarray, answers: np.ndarray, arrays: Any
+                 ) -> tuple[float, float, float]:
+    """Bound over true energy error of the cases whose error stands out from rounding; NaN where none is bounded."""
+    certified = hasattr(model, "error_bound")
     # the bound of all others takes a static solve a case
     rows = slice(None) if certified else slice(None, None, max(1, len(arrays) // BOUNDED_CASES))
-    stiffness = scene.full_order.stiffness
-    true = values[rows]
+    stiffness, true = scene.model.stiffness, values[rows]
     made, size = (energy_errors(other, true, stiffness) for other in (answers[rows], np.zeros_like(true)))
     visible = made > VISIBLE * size
-    if model.name in SHARE or not visible.any():
-        return np.empty(0)
+    if not visible.any():
+        return np.nan, np.nan, np.nan
     block = arrays.take(rows)
-    bound = model.error_bound(block) if isinstance(model, CertifiedMetamodel) else size * model.assess(
-        block, answers[rows]).error
-    return bound[visible] / made[visible]
+    bound = model.error_bound(block) if certified else size * model.assess(block, answers[rows]).error
+    ratio = bound[visible] / made[visible]
+    return float(ratio.min()), float(np.median(ratio)), float(ratio.max())
 
 
-def worst_fields(entries: list[Entry], scene: Scene, values: np.ndarray, arrays: CaseArrays,
-                 error: np.ndarray) -> xr.Dataset:
-    """Truth and answer on the skin at the worst held-out case of the published split, for each headline entry."""
-    mesh = scene.fingertip.mesh
-    skin = mesh.skin_nodes
-    headline = [i for i, entry in enumerate(entries) if entry.headline]
-    truth: list[np.ndarray] = []
-    answer: list[np.ndarray] = []
-    rows = [int(np.nanargmax(error[i, 0])) for i in headline]
-    for i, row in zip(headline, rows, strict=True):
-        one = arrays.take(slice(row, row + 1))
-        for found, field in ((truth, values[row]), (answer, entries[i].model.evaluate(one, "field")[0])):
-            found.append(scene.on_all_nodes(field[None])[0, skin])
-    metres = {"units": "m"}
-    return xr.Dataset({
-        "worst_truth": (("worst", "skin_node", "component"), np.array(truth), {
-            "long_name": "displacement of the full-order model", **metres}),
-        "worst_answer": (("worst", "skin_node", "component"), np.array(answer), {
-            "long_name": "displacement of the metamodel", **metres}),
-        "worst_error": ("worst", error[headline, 0, rows], {"long_name": "relative error over the whole field",
-                                                            "units": "1"}),
-        "worst_load_node": ("worst", mesh.pad_nodes[arrays.node[rows, 0]], {"long_name": "first loaded node",
-                                                                             "units": "1"}),
-        "skin_quads": (("skin_quad", "corner"), np.searchsorted(skin, mesh.skin_quads), {
-            "long_name": "corners of the skin's faces", "units": "1"}),
-    }, coords={
-        "worst": [entries[i].label for i in headline], "component": ["x", "y", "z"],
-        **{f"skin_{axis}": ("skin_node", mesh.nodes[skin, k], {"long_name": f"{axis} of a skin node", **metres})
-           for k, axis in enumerate("xyz")}})
+def error_variables(entries: list[Entry], scene: Scene, tests: Tests) -> dict[str, tuple]:
+    """Variables of the results."""
+    found: list[Judged] = [entry.facts["judged"] for entry in entries]
+    noun, one = scene.case_noun, {"units": "1"}
+    of_case = f"of a held-out {noun}" if found[0].position_error is None else f"along a held-out {noun}"
+    case = np.stack([one.case_error for one in found])
+    stats = np.array([[statistics(errors) for errors in entry] for entry in case])
+    region = tests.inputs["hard_region"].values
+    by_region = np.stack([largest(case[:, -1, region == k + 1], axis=-1) for k in range(len(scene.regions))], axis=-1)
+    filled = np.where(np.isnan(case), -1.0, case)
+    worst = np.where(filled.max(axis=-1) < 0, -1, tests.number[filled.argmax(axis=-1)])
+    variables = {
+        **{f"error_{name}": (("entry", "split"), stats[..., k], {
+            "long_name": f"{text} relative error over held-out {noun}s", **one})
+            for k, (name, text) in enumerate(STATISTICS.items())},
+        "error_by_region": (("entry", "region"), by_region, {
+            "long_name": "largest relative error in a part of the hard split", **one}),
+        "case_error": (("entry", "split", "case"), case, {"long_name": f"relative error {of_case}", **one}),
+        "worst_case": (("entry", "split"), worst, {"long_name": f"{noun} of the largest error", **one}),
+        "n_evaluated": (("entry", "split"), np.stack([one.evaluated for one in found]), {
+            "long_name": f"held-out {noun}s that were evaluated", **one}),
+        "projection_error_max": (("entry", "split"), np.stack([one.projection for one in found]), {
+            "long_name": "largest relative error of the best approximation in the method's own basis", **one}),
+        **_validation_variables(found, noun)}
+    if scene.has_residual:
+        effectivity = np.array([one.effectivity for one in found])
+        variables |= {f"effectivity_{name}": ("entry", effectivity[:, k], {
+            "long_name": f"{name} of bound over true energy error", **one})
+            for k, name in enumerate(("min", "median", "max"))}
+    if found[0].position_error is not None:
+        variables["position_error"] = (("entry", "split", "case", "position"), np.stack(
+            [one.position_error for one in found]), {"long_name": "relative error at a position", **one})  # type: ignore[misc]
+    if found[0].further is not None:
+        variables |= _further_variables(np.stack([one.further for one in found]), noun)  # type: ignore[misc]
+    return variables
+
+
+def _validation_variables(found: list[Judged], noun: str) -> dict[str, tuple]:
+    errors = np.stack([one.validation for one in found])
+    return {} if np.isnan(errors).all() else {"validation_error_max": (("entry", "split"), errors, {
+        "long_name": f"largest relative error over {noun}s neither learned from nor judged", "units": "1"})}
+
+
+def _further_variables(errors: np.ndarray, noun: str) -> dict[str, tuple]:
+    middle = np.full(errors.shape[:2] + errors.shape[3:], np.nan)
+    for i, j in np.ndindex(*errors.shape[:2]):
+        known = errors[i, j][~np.isnan(errors[i, j]).all(axis=1)]
+        if len(known):
+            middle[i, j] = np.median(known, axis=0)
+    one = {"units": "1"}
+    return {
+        "contact_case_error": (("entry", "split", "case", "quantity"), errors, {
+            "long_name": f"largest error of a further quantity in a {noun}", **one}),
+        "contact_error_max": (("entry", "split", "quantity"), largest(errors, axis=2), {
+            "long_name": f"largest error of a further quantity over held-out {noun}s", **one}),
+        "contact_error_median": (("entry", "split", "quantity"), middle, {
+            "long_name": f"median over {noun}s of the largest error", **one})}

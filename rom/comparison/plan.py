@@ -1,51 +1,18 @@
 """What a scene and a method build for their first answer, what they leave out and why, counted before it happens.
 
-The plan is drawn up from the mesh and the pattern of its matrices alone: nothing is assembled, factorised or learnt.
+The plan is drawn up from what methods and scenes say of themselves and, in linear scenes, from the pattern of the
+matrices: nothing is assembled that is not there, nothing factorised or learnt.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from rom.comparison import plan_counts as counts
-from rom.comparison.settings import CURVES, NOT_APPLICABLE, constructor_settings
-from rom.metamodels import METHODS, create, metamodel_class
-from rom.metamodels.metamodel import Metamodel
-from rom.scenes import HarmonicPatchForces, HarmonicPointForce, Scene, StaticPointForces
-
-RECOMMENDED: dict[str, str] = {
-    StaticPointForces.name: "superposition",
-    HarmonicPointForce.name: "modal-krylov",
-    HarmonicPatchForces.name: "modal-krylov"}
-"""Exact where the scene is linear statics; where it vibrates, the method that bounds its own error."""
-
-
-class _Uses(NamedTuple):
-    """What a method asks of the full-order model in `fit` and in its first answer."""
-
-    stiffness: bool = True
-    solves: bool = False
-    """Whether it solves the scene's own equation, real or complex as the scene is."""
-    modes: bool = False
-    responses: bool = False
-    """Whether static responses of the unit loads are computed."""
-    other_mesh: bool = False
-    network: bool = False
-    regression: bool = False
-
-
-_NOTHING = _Uses(stiffness=False)
-USES: dict[str, _Uses] = {
-    "direct": _Uses(solves=True), "direct-reused": _Uses(solves=True),
-    "coarse-fem": _Uses(solves=True, other_mesh=True),
-    "superposition": _Uses(responses=True),
-    "modal": _Uses(modes=True, responses=True), "modal-static": _Uses(modes=True, responses=True),
-    "modal-krylov": _Uses(modes=True, responses=True), "lookup-table": _Uses(modes=True, responses=True),
-    "pod-galerkin": _Uses(), "pod-regression": _NOTHING._replace(regression=True),
-    "transformer": _NOTHING._replace(network=True), "mlp": _NOTHING._replace(network=True),
-    "mlp-residual": _Uses(modes=True, responses=True, network=True),
-    "pole-network": _Uses(responses=True, network=True)}
+from rom.metamodels import Metamodel, Needs, create, metamodel_class
+from rom.metamodels.networks.sizes import constructor_settings
+from rom.scenes import LinearScene, Scene
 
 
 @dataclass(frozen=True)
@@ -103,94 +70,107 @@ def plan(scene: Scene, method: str | None = None, outputs: str | None = None, **
     ----------
     scene : Scene
     method : str, optional
-        Default: :data:`RECOMMENDED`.
-    outputs : {"field", "pad"}, optional
-        Default: the scene's own.
+        Default: the scene's :attr:`~rom.scenes.Scene.recommended` one.
+    outputs : str, optional
+        "field" or the scene's part; default: the scene's own.
     **settings
-        Of the method; default: the headline of the comparison, where there is one.
+        Of the method; default: the headline of the comparison.
 
     Raises
     ------
     ValueError
         For an unknown method, one that does not answer the scene, a setting that it does not take, or other outputs.
     """
-    outputs = outputs or scene.outputs
-    if outputs not in ("field", "pad"):
-        raise ValueError(f"outputs={outputs!r} is unknown: a scene can want 'field' or 'pad'")
-    chosen = method or RECOMMENDED[scene.name]
-    if chosen in METHODS and scene.name not in metamodel_class(chosen).scenes:
-        reason = NOT_APPLICABLE[scene.name].get(chosen, f"it answers {', '.join(metamodel_class(chosen).scenes)}")
-        raise ValueError(f"{chosen} does not apply to {scene.name}: {reason}")
-    if not settings and chosen in CURVES.get(scene.name, {}):
-        curve = CURVES[scene.name][chosen]
+    outputs = scene.check_outputs(scene.outputs if outputs is None else outputs)
+    chosen = method or scene.recommended
+    kind = metamodel_class(chosen, scene)
+    if not settings:
+        curve = kind.curve(scene)
         settings = constructor_settings(chosen, curve.settings[curve.headline])
     model = create(chosen, scene, **settings)
-    return Plan(scene.name, chosen, model.settings, outputs, chosen == RECOMMENDED[scene.name],
-                _steps(scene, model, outputs))
+    steps = _linear_steps(scene, model, outputs) if isinstance(scene, LinearScene) else _other_steps(scene, kind)
+    return Plan(scene.name, chosen, model.settings, outputs, chosen == scene.recommended, steps)
 
 
-def _steps(scene: Scene, model: Metamodel, outputs: str) -> tuple[Step, ...]:
-    uses, learns, moves = USES[model.name], model.learns, scene.harmonic
+def _linear_steps(scene: LinearScene, model: Metamodel, outputs: str) -> tuple[Step, ...]:
+    needs, learns, moves = model.needs(scene), model.learns, scene.harmonic
     without = scene.leaves_out.get
     none_needed = "the method learns from snapshots and never looks at the equations again"
-    tip = scene.fingertip
-    own = counts.matrices(tip)
-    working = counts.matrices(model.other) if uses.other_mesh else own  # type: ignore[attr-defined]
-    needs_real = uses.modes or uses.responses or (uses.solves and not moves)
-    needs_complex = uses.solves and moves
-    no_mass = without("mass matrix", "") if not moves else none_needed
+    own = counts.Matrices(scene.body)
+    other = model.other.body if needs.other_mesh else None  # type: ignore[attr-defined]
+    working = own if other is None else counts.Matrices(other)
+    needs_real = needs.modes or needs.responses or (needs.solves and not moves)
+    needs_complex = needs.solves and moves
+    no_mass = without("mass matrix", "nothing moves") if not moves else none_needed
     summed = "the answer is a sum of real fields with complex coefficients" if moves else ""
     return (
-        Step("mesh", True, "everything stands on it", counts.mesh(tip.mesh), learns),
-        Step("second mesh", uses.other_mesh, "the one that is solved on" if uses.other_mesh
-             else "the scene's own mesh is enough", counts.mesh(model.other.mesh) if uses.other_mesh else {}),  # type: ignore[attr-defined]
-        Step("stiffness by tissue", uses.stiffness,
-             "K, real symmetric" + (", on the second mesh alone" if uses.other_mesh else "") if uses.stiffness
+        Step("mesh", scene.grid is not None, "everything stands on it" if scene.grid is not None
+             else "the body came as matrices", counts.mesh(scene.grid), learns and scene.grid is not None),
+        Step("second mesh", needs.other_mesh, "the one that is solved on" if needs.other_mesh
+             else "the scene's own mesh is enough", counts.mesh(other.grid) if other is not None else {}),
+        Step("stiffness", needs.stiffness,
+             "K, real symmetric" + (", on the second mesh alone" if needs.other_mesh else "") if needs.stiffness
              else none_needed, working.stiffness, learns),
-        Step("mass by tissue", uses.stiffness and moves, "M, real symmetric" if uses.stiffness and moves else no_mass,
+        Step("mass", needs.stiffness and moves, "M, real symmetric" if needs.stiffness and moves else no_mass,
              working.mass, learns and moves),
-        Step("real factorization", needs_real, _why_real(uses, model) if needs_real else
+        Step("real factorization", needs_real, _why_real(needs, model) if needs_real else
              "the dynamic stiffness is complex" if needs_complex else
-             "the projected system is small and dense" if uses.stiffness else none_needed,
+             "the projected system is small and dense" if needs.stiffness else none_needed,
              working.factor(complex_=False), learns and not moves),
         Step("complex factorization", needs_complex, "Z = K (1 + i eta) - omega^2 M, once for each point (omega, eta)"
-             if needs_complex else summed or without("complex numbers", ""), working.factor(complex_=True),
+             if needs_complex else summed or without("complex numbers", "nothing moves"), working.factor(complex_=True),
              learns and moves),
-        Step("modes", uses.modes, "proved complete by a Sturm count" if uses.modes else
-             without("modes", "no step of this method needs them"), counts.modes(model) if uses.modes else {}),
-        Step("static responses", uses.responses, "K^-1 times each unit load" + (
-             ", and what follows from it" if uses.modes and counts.solves_per_load(model) > 1 else "")
-             if uses.responses else "no stored response of a unit load is used",
-             counts.responses(scene, model) if uses.responses else {}),
-        Step("snapshots", learns, "direct solves to learn from: give `fit` a dataset" if learns
-             else "the method looks at the full-order model alone"),
-        Step("scikit-learn", uses.regression, "ridge regression" if uses.regression else "nothing is regressed"),
-        Step("torch", uses.network, "the method is a network" if uses.network else
-             without("torch", "the method is no network")),
-        Step("complex answer", moves, "amplitude and phase" if moves else without("complex numbers", ""),
+        Step("modes", needs.modes, "proved complete by a Sturm count" if needs.modes else
+             without("modes", "no step of this method needs them"), counts.modes(model) if needs.modes else {}),
+        Step("static responses", needs.responses, "K^-1 times each unit load" + (
+             ", and what follows from it" if needs.modes and counts.solves_per_load(model) > 1 else "")
+             if needs.responses else "no stored response of a unit load is used",
+             counts.responses(scene, model) if needs.responses else {}),
+        *_learning_steps(scene, type(model)),
+        Step("complex answer", moves, "amplitude and phase" if moves else without("complex numbers", "nothing moves"),
              {"bytes": counts.answer_bytes(scene, outputs)} if moves else {}),
-        Step("full field online", *_full_field(scene, uses, outputs),
+        Step("full field online", *_full_field(scene, needs, outputs),
              {"dofs": scene.n_free, "bytes": scene.n_free * scene.dtype.itemsize}),
         Step("online model", True, "held and read for an answer", counts.online(scene, model, outputs, working)),
-        Step("sensitivities", False, "no derivative is asked for, so no tissue's matrices are differentiated"),
+        Step("sensitivities", False, "no derivative is asked for, so no region's matrices are differentiated"),
         Step("figures", False, "an answer is numbers: matplotlib is imported where something is drawn"),
     )
 
 
-def _why_real(uses: _Uses, model: Metamodel) -> str:
-    if uses.modes:
+def _learning_steps(scene: Scene, kind: type[Metamodel]) -> tuple[Step, ...]:
+    needs = kind.needs(scene)
+    return (
+        Step("snapshots", kind.learns, "full-order solves to learn from: give `fit` a dataset" if kind.learns
+             else "the method looks at the full-order model alone"),
+        Step("scikit-learn", needs.regression, "regression" if needs.regression else "nothing is regressed"),
+        Step("torch", needs.network, "the method is a network" if needs.network else
+             scene.leaves_out.get("torch", "the method is no network")))
+
+
+def _other_steps(scene: Scene, kind: type[Metamodel]) -> tuple[Step, ...]:
+    """What a scene says that it needs and leaves out."""
+    needs = kind.needs(scene)
+    how = "" if needs.solves else "in reduced coordinates: " if needs.stiffness else "for the snapshots alone: "
+    return (*(Step(name, needs.solves or needs.stiffness, how + why, snapshots=kind.learns)
+              for name, why in scene.needs.items()),
+            *_learning_steps(scene, kind),
+            *(Step(name, False, why) for name, why in scene.leaves_out.items() if name != "torch"))
+
+
+def _why_real(needs: Needs, model: Metamodel) -> str:
+    if needs.modes:
         return "K for the search of modes, K - sigma M for the Sturm count"
-    if uses.responses:
+    if needs.responses:
         return "K for the static responses"
     return "K, anew for each case" if model.name == "direct" else "K, once for all cases"
 
 
-def _full_field(scene: Scene, uses: _Uses, outputs: str) -> tuple[bool, str]:
+def _full_field(scene: LinearScene, needs: Needs, outputs: str) -> tuple[bool, str]:
     if outputs == "field":
         return True, "the scene wants every node"
-    if uses.solves and not uses.other_mesh:
-        return True, "a sparse solve finds every node, of which the pad is then picked"
-    return False, f"the pad's {3 * scene.n_pad:,} dofs alone are computed"
+    if needs.solves and not needs.other_mesh:
+        return True, "a sparse solve finds every node, of which the part is then picked"
+    return False, f"the part's {len(scene.part_rows):,} dofs alone are computed"
 
 
 def explain(found: Plan) -> str:
@@ -209,12 +189,7 @@ def explain(found: Plan) -> str:
     before = [step.name for step in found.steps if step.snapshots]
     if before:
         lines += ["", f"before, for the snapshots: {', '.join(before)}"]
-    lines += ["", "factors are counted by a symbolic analysis of the pattern; only the mesh was built to say all this"]
+    if any(step.counts for step in found.steps):
+        lines += ["", "factors are counted by a symbolic analysis of the pattern; only the mesh was built to say all "
+                      "this"]
     return "\n".join(lines)
-
-
-def observed_names() -> tuple[str, ...]:
-    """Steps that stand for an event which can be watched, unlike those that only count."""
-    return ("mesh", "second mesh", "stiffness by tissue", "mass by tissue", "real factorization",
-            "complex factorization", "modes", "static responses", "snapshots", "scikit-learn", "torch",
-            "complex answer", "full field online", "sensitivities", "figures")

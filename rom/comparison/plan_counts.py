@@ -6,60 +6,54 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
-from scipy import sparse
-
-from rom.fingertip.pattern import entries_by_tissue, node_pattern
 from rom.fullorder.factor_size import FactorSize, factor_size
 from rom.metamodels.basis import PRECISIONS
 
 if TYPE_CHECKING:
-    from rom.fingertip import Fingertip
-    from rom.fingertip.mesh import FingertipMesh
+    from rom.bodies import Body, Grid, Outline
     from rom.metamodels.metamodel import Metamodel
-    from rom.scenes import Scene
+    from rom.scenes import LinearScene
 
 Counts = dict[str, float]
 COMPLEX_FLOP = 4
 """Real operations of a complex multiply-add over those of a real one."""
-STIFFNESS_BLOCK, MASS_BLOCK = 9, 3
-"""Entries of K and M between two nodes that share an element: M couples like components only."""
 
 
-def mesh(found: FingertipMesh) -> Counts:
+def mesh(grid: Grid | None) -> Counts:
     """Nodes, elements, and bytes of coordinates and connectivity."""
-    return {"nodes": found.n_nodes, "elements": len(found.hexahedra),
-            "bytes": found.nodes.nbytes + found.hexahedra.nbytes + found.tissue.nbytes}
+    if grid is None:
+        return {}
+    held = [grid.nodes, *grid.cells.values(), *grid.region.values()]
+    return {"nodes": grid.n_node, "elements": sum(map(len, grid.cells.values())), "bytes": sum(a.nbytes for a in held)}
 
 
 @dataclass(frozen=True)
 class Matrices:
-    """Counts of one fingertip's matrices and factors; computed when asked for."""
+    """Counts of one body's matrices and factors; computed when asked for."""
 
-    tip: Fingertip
+    body: Body
 
     @cached_property
-    def _blocks(self) -> sparse.csr_array:
-        return node_pattern(self.tip)
+    def _outline(self) -> Outline:
+        return self.body.outline()
 
-    def _sparse(self, entries_a_block: int) -> Counts:
-        """Upper limits: an assembly may drop entries that vanish exactly."""
-        n = len(self.tip.free_dofs)
-        parts = [entries_a_block * blocks for blocks in entries_by_tissue(self.tip).values()]
-        total = entries_a_block * int(self._blocks.nnz)
-        return {"dofs": n, "entries": total, "bytes": sum(12 * one + 4 * (n + 1) for one in [*parts, total])}
+    def _sparse(self, entries: tuple[int, ...]) -> Counts:
+        if not entries:
+            return {}
+        n = self._outline.pattern.shape[0]
+        return {"dofs": n, "entries": entries[-1], "bytes": sum(12 * one + 4 * (n + 1) for one in entries)}
 
     @cached_property
     def stiffness(self) -> Counts:
-        return self._sparse(STIFFNESS_BLOCK)
+        return self._sparse(self._outline.stiffness)
 
     @cached_property
     def mass(self) -> Counts:
-        return self._sparse(MASS_BLOCK)
+        return self._sparse(self._outline.mass)
 
     @cached_property
     def _factor(self) -> FactorSize | None:
-        return factor_size(sparse.kron(self._blocks, np.ones((3, 3)), format="csr"))
+        return factor_size(self._outline.pattern)
 
     def factor(self, complex_: bool) -> Counts:
         """Entries, bytes and operations of one numeric factorization; empty without a symbolic phase."""
@@ -71,10 +65,6 @@ class Matrices:
     def solve_flop(self, complex_: bool) -> float:
         """Operations of one solve: each entry of the factor is used forwards and backwards."""
         return 0.0 if self._factor is None else 4.0 * (COMPLEX_FLOP if complex_ else 1) * self._factor.entries
-
-
-def matrices(tip: Fingertip) -> Matrices:
-    return Matrices(tip)
 
 
 def modes(model: Metamodel) -> Counts:
@@ -89,25 +79,25 @@ def solves_per_load(model: Metamodel) -> int:
     return 1 if vectors is None else 1 + vectors
 
 
-def responses(scene: Scene, model: Metamodel) -> Counts:
+def responses(scene: LinearScene, model: Metamodel) -> Counts:
     """Unit loads and right-hand sides."""
     return {"loads": scene.n_loads, "solves": scene.n_loads * solves_per_load(model)}
 
 
-def _outputs(scene: Scene, outputs: str) -> int:
-    return 3 * scene.n_pad if outputs == "pad" else scene.n_free
+def _outputs(scene: LinearScene, outputs: str) -> int:
+    return scene.n_outputs(outputs)
 
 
-def answer_bytes(scene: Scene, outputs: str) -> int:
+def answer_bytes(scene: LinearScene, outputs: str) -> int:
     """One case's answer in double precision."""
     return _outputs(scene, outputs) * scene.dtype.itemsize
 
 
-def online(scene: Scene, model: Metamodel, outputs: str, working: Matrices) -> Counts:
+def online(scene: LinearScene, model: Metamodel, outputs: str, working: Matrices) -> Counts:
     """Bytes held and operations of one answer of one force, where the settings decide them."""
     name, settings, moves = model.name, model.settings, scene.harmonic
     size = PRECISIONS[settings.get("precision", "float64")].itemsize
-    stored, n_out = (scene.n_free + 3 * scene.n_pad) * size, _outputs(scene, outputs)
+    stored, n_out = (scene.n_free + len(scene.part_rows)) * size, _outputs(scene, outputs)
     planes = 2 if moves else 1
     if name in ("direct", "direct-reused", "coarse-fem"):
         factor = working.factor(moves)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import datetime
 import json
+import logging
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -13,33 +14,39 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
-from rom.comparison.entries import Truth, fit_entries
-from rom.comparison.errors import relative_errors
-from rom.comparison.full_scale import full_scale
-from rom.comparison.held_out import measure_errors, worst_fields
-from rom.comparison.settings import COMPARED, CURVES, NOT_APPLICABLE, QUICK_CURVES, Curve
-from rom.comparison.times import BATCH, measure_times
+from rom.checks import shown
+from rom.comparison.entries import (
+    Entry,
+    chosen_curves,
+    entries_of,
+    every_method_has_a_headline,
+    fitted,
+    offline,
+    settings_digest,
+)
+from rom.comparison.floor import mesh_floor
+from rom.comparison.held_out import error_variables, judge
+from rom.comparison.times import measure_times, time_variables
 from rom.comparison.timing import threads_in_use
-from rom.datasets import SPLITS, make_dataset, read_dataset, select
-from rom.datasets.storage import whole_file, write_netcdf
-from rom.fingertip import Fingertip, MeshDensity
-from rom.metamodels import create, metamodel_class
-from rom.provenance import machine, source_digest, stamp
-from rom.scenes import CONTACT_SCENES, CaseArrays, Scene, get_scene
+from rom.comparison.truth import Tests, Truth, find_truth, held_out_tests, validation_tests
+from rom.comparison.worst import worst_variables
+from rom.datasets import SPLITS
+from rom.datasets.storage import read_netcdf, write_netcdf
+from rom.errors import SchemaError
+from rom.fingertip import Fingertip
+from rom.metamodels import applicable, method_names
+from rom.metamodels.registry import metamodel_classes
+from rom.provenance import machine, source_digest, stamp, versions
+from rom.scenes import Scene, get_scene, quick_scene
 
-SEED = 2026
-"""Default seed of a comparison: nothing that learns was designed or tuned on its held-out cases."""
-CASES, REPEATS = 1434, 15
-"""Default numbers of cases within the published ranges (6 x 239; a tenth more lie beyond) and of timed repeats."""
-QUICK_CASES, QUICK_REPEATS, QUICK_BATCH = 240, 5, 256
-QUICK_DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
-PATHS, QUICK_PATHS, LEAST_PATHS = 240, 18, 15
-"""Numbers of load paths within the ranges, a third of them of each variant; a tenth more lie beyond."""
-PATH_SEED = 4817
-"""Default seed of a comparison of load paths: features and settings of what learns there were chosen on other seeds."""
-QUICK_SECTION: dict[str, Any] = {"rays": 40, "layers": 5}
-FLOOR_SCALE, FLOOR_CASES = 1.25, 4
-"""The finer mesh, and the number of cases on it, that measure the mesh-convergence floor."""
+log = logging.getLogger(__name__)
+
+COMPARED = ("static-point-forces", "harmonic-point-force", "finger-on-glass")
+"""The scenes that `rom report` goes through; others have experiments of their own."""
+ROUNDS, QUICK_ROUNDS = 15, 5
+"""Timed rounds."""
+REMADE_SECONDS = 30.0
+"""A truth that takes less to solve is not kept in the cache."""
 Progress = Callable[[Iterable, str], Iterable]
 
 
@@ -48,24 +55,29 @@ def no_progress(items: Iterable, _: str) -> Iterable:
     return items
 
 
-def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | None = None, quick: bool = False,
-            seed: int | None = None, fingertip: Fingertip | None = None,
+def compare(scene: Scene | str, *, methods: list[str] | None = None, cases: int | None = None, quick: bool = False,
+            seed: int | None = None, fingertip: Fingertip | None = None, workers: int | None = 1,
             progress: Progress = no_progress) -> xr.Dataset:
     """Fit, predict and time every method of a scene.
 
     Parameters
     ----------
-    scene_name : str
+    scene : Scene or str
+        A scene, or the name of one that comes with the toolkit.
     methods : list of str, optional
-        Default: all that apply; `direct` always joins, as the baseline.
+        Default: all that apply; those that solve the full-order model always join, as the baseline.
     cases : int, optional
-        Cases within the published ranges, training and held-out together.
+        Cases within the published ranges, training and held-out together; default: the scene's own number.
     quick : bool
-        A coarse mesh and few cases: a check that everything runs, not a result.
+        A coarse mesh, where the scene is given by its name, and few cases: a check that everything runs, not a result.
     seed : int, optional
-        Decides cases, splits and networks; default :data:`SEED`.
+        Decides cases, splits and what learns with a seed; default: the scene's own.
     fingertip : Fingertip, optional
-        Default: the `metamodel` preset.
+        Of a scene given by its name; default: the `metamodel` preset.
+    workers : int, optional
+        Processes that solve the truth; None takes one a core, which asks a script for ``if __name__ == "__main__"``.
+    progress : callable
+        ``progress(items, title)`` shows a bar.
 
     Returns
     -------
@@ -75,143 +87,192 @@ def compare(scene_name: str, *, methods: list[str] | None = None, cases: int | N
     Raises
     ------
     ValueError
-        For an unknown scene or method, or one that does not apply to the scene.
+        For an unknown scene or method, one that does not apply to the scene, or too few cases.
     """
-    curves = chosen_curves(scene_name, methods, quick)
-    if scene_name in CONTACT_SCENES:
-        if fingertip is not None:
-            raise ValueError(f"{scene_name} has a section of its own and takes no 3D fingertip: leave it out")
-        return _compare_contact(scene_name, curves, cases, quick, PATH_SEED if seed is None else seed, progress)
-    if fingertip is None:
-        fingertip = Fingertip.preset("metamodel")
-        if quick:
-            fingertip = replace(fingertip, density=QUICK_DENSITY)
-    scene = get_scene(scene_name, fingertip)
-    seed = SEED if seed is None else seed
-    if cases is None:
-        cases = QUICK_CASES if quick else CASES
-    if cases < 10:
-        raise ValueError(f"{cases} cases are too few to learn from and to hold out: ask for ten or more")
-    beyond = beyond_count(cases)
-    truth = find_truth(scene, cases, beyond, seed, progress)
-    entries, omitted = fit_entries(scene, curves, truth, lambda items: progress(items, "fitting"))
-    held_out = truth.held_out()
-    tests = read_dataset(truth.path, held_out)
-    arrays, values = scene.case_arrays(tests), scene.values(tests)
-    errors = measure_errors(entries, scene, truth, values, arrays, held_out, lambda items: progress(items, "errors"))
-    published = np.isin(held_out, select(truth.index, "published", "test"))
-    times = measure_times(entries, scene, arrays.take(published), QUICK_REPEATS if quick else REPEATS,
-                          QUICK_BATCH if quick else BATCH, lambda items: progress(items, "timing"))
-    results = xr.Dataset({**errors, **times, **mesh_floor(scene, arrays.take(published), values[published])}, coords={
+    scene = scene_of(scene, fingertip, quick)
+    curves, cases, seed = asked(scene, methods, cases, quick, seed)
+    truth = find_truth(scene, cases, scene.extent.beyond(cases), seed, progress, workers)
+    tests = held_out_tests(scene, truth)
+    validation = validation_tests(scene, truth, min(scene.extent.validation, cases // 4), progress, workers)
+    timing = _Timing(scene, tests, quick, progress)
+    entries, omitted = measured(scene, truth, curves, tests, validation, timing, progress)
+    variables = {**error_variables(entries, scene, tests), **time_variables(entries, scene), **mesh_floor(scene, tests)}
+    results = xr.Dataset(variables, coords={
         "entry": [entry.label for entry in entries], "method": ("entry", [entry.method for entry in entries]),
         "setting": ("entry", [entry.setting for entry in entries]),
         "headline": ("entry", [entry.headline for entry in entries]),
-        "split": list(SPLITS), "region": list(scene.regions), **_case_coordinates(tests, held_out)})
+        "snapshot_source": ("entry", [entry.facts["snapshot_source"] for entry in entries]),
+        "split": list(SPLITS), "region": list(scene.regions), **_case_coordinates(scene, tests)})
     if scene.harmonic:
         results["natural_frequency"] = ("natural_mode", natural_frequencies(scene), {
             "long_name": "natural frequency", "units": "Hz"})
-    results = results.merge(worst_fields(entries, scene, values, arrays, results["case_error"].values))
-    results = results.merge(full_scale(entries, scene, truth, progress))
+    results = results.merge(worst_variables(entries, scene))
     results.attrs = {**_attributes(scene, curves, truth, omitted), "seed": seed, "quick": int(quick),
                      **stamp(created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))}
+    if float(truth.index["solve_seconds"].sum()) < REMADE_SECONDS:
+        truth.path.unlink(missing_ok=True)
     return results
 
 
-def _compare_contact(scene_name: str, curves: dict[str, Curve], cases: int | None, quick: bool, seed: int,
-                     progress: Progress) -> xr.Dataset:
-    from rom.comparison.paths import compare_paths
-    from rom.datasets.contact_paths import find_paths, read_path_dataset
-
-    scene = get_scene(scene_name, **(QUICK_SECTION if quick else {}))
-    if cases is None:
-        cases = QUICK_PATHS if quick else PATHS
-    if cases < LEAST_PATHS:
-        raise ValueError(f"{cases} paths are too few to learn from and to hold out: ask for {LEAST_PATHS} or more")
-    path = find_paths(scene, cases, max(3, cases // 10), seed, progress=lambda items: progress(items, "paths"))
-    results = compare_paths(scene, curves, read_path_dataset(path), path.stem, seed=seed, progress=progress,
-                            repeats=QUICK_REPEATS if quick else REPEATS)
-    results.attrs["quick"] = int(quick)
-    return results
-
-
-def chosen_curves(scene_name: str, methods: list[str] | None, quick: bool) -> dict[str, Curve]:
-    """Settings of the methods asked for; ValueError for one that is unknown or does not apply."""
-    if scene_name not in COMPARED:
-        raise ValueError(f"{scene_name!r} is no scene that is compared: choose one of {', '.join(COMPARED)}")
-    curves = (QUICK_CURVES if quick else CURVES)[scene_name]
-    if methods is None:
-        return curves
-    for name in methods:
-        metamodel_class(name)  # refuses what is no method
-        if name not in curves:
-            reason = NOT_APPLICABLE[scene_name].get(name, "it is not part of this comparison")
-            raise ValueError(f"{name} does not apply to {scene_name}: {reason}")
-    return {name: curve for name, curve in curves.items() if name in methods or name == "direct"}
-
-
-def find_truth(scene: Scene, cases: int, beyond: int, seed: int, progress: Progress) -> Truth:
-    """The truth of a scene from the cache, made if it is not there."""
-    path = truth_path(scene, cases, beyond, seed)
-    if not path.exists():
-        make_dataset(scene, cases, path, beyond=beyond, seed=seed, progress=lambda items: progress(items, "snapshots"))
-    return Truth(path, path.stem, seed)
-
-
-def truth_path(scene: Scene, cases: int, beyond: int, seed: int) -> Path:
-    """Where in the cache a scene's truth lies, or would lie."""
-    recipe = {"scene": scene.to_json(), "content": scene.content_hash, "cases": cases, "beyond": beyond, "seed": seed,
-              "source": source_digest("fullorder", "fingertip", "scenes", "datasets")}
-    return cached_path("datasets", recipe)
-
-
-def beyond_count(cases: int) -> int:
-    """Number of cases beyond the published ranges that go with ``cases`` within them."""
-    return max(8, cases // 10)
-
-
-def mesh_floor(scene: Scene, arrays: CaseArrays, values: np.ndarray) -> dict[str, tuple]:
-    """How far the truth itself is from a finer mesh: errors below this are not more right."""
-    pick = np.linspace(0, len(arrays) - 1, min(FLOOR_CASES, len(arrays))).astype(int)
-    recipe = {"content": scene.content_hash, "scene": scene.name, "scale": FLOOR_SCALE,
-              "cases": [None if a is None else a[pick].tolist() for a in arrays],
-              "source": source_digest("fullorder", "fingertip", "scenes", "metamodels/coarse_fem.py")}
-    path = cached_path("floors", recipe, ".json")
+def compared(scene: Scene | str, *, methods: list[str] | None = None, cases: int | None = None, quick: bool = False,
+             seed: int | None = None, fingertip: Fingertip | None = None, workers: int | None = 1,
+             progress: Progress = no_progress) -> xr.Dataset:
+    """What :func:`compare` measured earlier on this machine with the same sources and inputs, or measures now."""
+    scene = scene_of(scene, fingertip, quick)
+    curves, cases, seed = asked(scene, methods, cases, quick, seed)
+    kinds = [kind for name in curves for kind in metamodel_classes(name)]
+    path = cached_path("results", {
+        "scene": scene.to_json(), "content": scene.content_hash, "curves": settings_digest(curves), "cases": cases,
+        "seed": seed, "quick": quick, "machine": machine(), "threads": threads_in_use(), "versions": versions(),
+        "source": source_digest(__name__, *sorted({kind.__module__ for kind in kinds}), type(scene).__module__)})
     if path.exists():
-        error = np.array(json.loads(path.read_text(encoding="utf-8")))
-    else:
-        finer = create("coarse-fem", scene, scale=FLOOR_SCALE).fit()
-        error = relative_errors(finer.evaluate(arrays.take(pick), "field"), values[pick])
-        with whole_file(path) as temporary:
-            temporary.write_text(json.dumps(error.tolist()), encoding="utf-8")
-    text = f"relative difference to a mesh {FLOOR_SCALE:g} times as fine along each edge"
-    return {f"mesh_floor_{name}": ((), float(kind(error)), {"long_name": f"{name} {text}", "units": "1"})
-            for name, kind in (("median", np.median), ("max", np.max))}
+        try:
+            return read_netcdf(path)
+        except SchemaError as error:
+            log.warning("a cached comparison is made again: %s", error)
+    results = compare(scene, methods=methods, cases=cases, quick=quick, seed=seed, workers=workers, progress=progress)
+    write_netcdf(results, path, compress=True)
+    return results
 
 
-def natural_frequencies(scene: Scene) -> np.ndarray:
-    """Natural frequencies within the scene's band [Hz]."""
-    return scene.full_order.natural_modes(below_hz=scene.band_hz).frequency_hz
+def scene_of(scene: Scene | str, fingertip: Fingertip | None = None, quick: bool = False) -> Scene:
+    """The scene itself, or the one of that name; ValueError where it is neither."""
+    if isinstance(scene, Scene):
+        if fingertip is not None:
+            raise ValueError(f"{scene.name} has a body of its own: leave the fingertip out")
+        return scene
+    return quick_scene(scene) if quick and fingertip is None else get_scene(scene, fingertip)
 
 
-def _case_coordinates(tests: xr.Dataset, held_out: np.ndarray) -> dict[str, xr.Variable | np.ndarray]:
-    names = ("load_node", "force_amplitude", "frequency", "loss_factor", "hard_region", "split_published", "split_hard")
-    return {"case": held_out, **{name: tests[name].variable for name in names if name in tests}}
+def asked(scene: Scene, methods: list[str] | None, cases: int | None, quick: bool, seed: int | None
+           ) -> tuple[dict, int, int]:
+    """Curves, number of cases and seed, checked."""
+    extent = scene.extent
+    curves = chosen_curves(scene, methods, quick)
+    if cases is None:
+        cases = extent.quick_cases if quick else extent.cases
+    if cases < extent.least_cases:
+        raise ValueError(f"{shown(cases)} {scene.case_noun}s are too few to learn from and to hold out: ask for "
+                         f"{extent.least_cases} or more")
+    return curves, cases, extent.seed if seed is None else seed
 
 
-def _attributes(scene: Scene, curves: dict[str, Curve], truth: Truth, omitted: list[str]) -> dict:
-    kind = "complex" if scene.harmonic else "real"
-    counts = {part: {split: len(select(truth.index, split, part)) for split in SPLITS} for part in ("train", "test")}
-    return {
+class _Timing:
+    """Times entries on the held-out cases of the first split, the same for every method."""
+
+    def __init__(self, scene: Scene, tests: Tests, quick: bool, progress: Progress) -> None:
+        self.scene, self.progress = scene, progress
+        self.arrays = tests.arrays.take(tests.tested[SPLITS[0]])
+        self.rounds = QUICK_ROUNDS if quick else ROUNDS
+        self.batch = scene.extent.quick_batch if quick else scene.extent.batch
+
+    def __call__(self, entries: list[Entry], title: str) -> None:
+        if entries:
+            measure_times(entries, self.scene, self.arrays, self.rounds, self.batch,
+                          lambda items: self.progress(items, title))
+
+
+def measured(scene: Scene, truth: Truth, curves: dict, tests: Tests, validation: Tests | None, timing: Callable,
+             progress: Progress) -> tuple[list[Entry], list[str]]:
+    """Every entry fitted, judged and timed; models are let go as soon as they are not needed.
+
+    The entries that speak for their methods are timed together at last, other settings of a method with one another.
+
+    Returns
+    -------
+    entries : list of Entry
+    omitted : list of str
+        What cannot be fitted to these data, each with the reason.
+    """
+    entries: list[Entry] = []
+    omitted: list[str] = []
+    first, *later = SPLITS
+    rows = progress(entries_of(scene, curves), "fitting and judging")
+
+    def begin(entry: Entry) -> bool:
+        """Fit an entry to the first split and judge it; whether it could be fitted."""
+        entry.model = _fitted(entry, scene, truth, first, omitted)
+        if entry.model is not None:
+            entry.facts |= offline(entry, scene, truth)
+            for split in SPLITS if not entry.kind.learns else (first,):
+                judge(entry, entry.model, split, scene, tests, validation)
+        return entry.model is not None
+
+    for kind, group in groupby(rows, lambda entry: entry.kind):
+        done = [entry for entry in group if begin(entry)]
+        # where the data are too few for any of its settings, a method's defaults may do
+        if not done and {} not in curves[kind.name].settings:
+            done = [entry for entry in [Entry(kind, {}, True)] if begin(entry)]
+        every_method_has_a_headline(done)
+        timing([entry for entry in done if not entry.headline], f"timing {kind.name}")
+        for entry in done:
+            entry.model = entry.model if entry.headline else None
+        entries += done
+    for split in later:
+        for entry in progress([entry for entry in entries if entry.kind.learns], f"{split} split"):
+            model = _fitted(entry, scene, truth, split, omitted)
+            if model is not None:
+                judge(entry, model, split, scene, tests, validation)
+    truth.forget()
+    timing([entry for entry in entries if entry.headline], "timing")
+    return entries, omitted
+
+
+def _fitted(entry: Entry, scene: Scene, truth: Truth, split: str, omitted: list[str]) -> Any:
+    try:
+        return fitted(entry, scene, truth, split)
+    except SchemaError:  # a damaged truth is no reason to leave a method out
+        raise
+    except ValueError as error:  # a rank that few quick cases do not span, say
+        text = f"{entry.label}{'' if split == SPLITS[0] else f' ({split} split)'}: {error}"
+        log.warning("left out: %s", text)
+        omitted.append(text)
+        return None
+
+
+def natural_frequencies(scene: Any) -> np.ndarray:
+    """Natural frequencies within a linear scene's band [Hz]."""
+    return scene.model.natural_modes(below_hz=scene.band_hz).frequency_hz
+
+
+def _case_coordinates(scene: Scene, tests: Tests) -> dict[str, Any]:
+    found: dict[str, Any] = {"case": tests.number}
+    for name in (*(one.name for one in scene.inputs), "hard_region", *(f"split_{split}" for split in SPLITS)):
+        if name in tests.inputs:
+            found[name] = tests.inputs[name].variable
+            words = next((one.choices for one in scene.inputs if one.name == name), ())
+            if words and found[name].dtype.kind in "iu":
+                found[name] = (found[name].dims, np.array(words)[found[name].values], {
+                    "long_name": found[name].attrs["long_name"]})
+    found |= {str(name): one.variable for name, one in tests.inputs.coords.items() if one.dims == ("position",)}
+    return found | ({"quantity": list(scene.error_definitions)} if scene.error_definitions else {})
+
+
+def _attributes(scene: Scene, curves: dict, truth: Truth, omitted: list[str]) -> dict:
+    reasons = applicable(scene)
+    kinds = {name: metamodel_classes(name)[0] for name in method_names()}
+    mine = {name: next(kind for kind in metamodel_classes(name) if kind.why_not(scene) is None) for name in curves}
+    found = {
         "scene": scene.name, "title": scene.title, "question": scene.question, "gate": scene.gate,
+        "case_noun": scene.case_noun, "partial_output": scene.part_words if scene.part else "",
+        "error_definition": scene.error_definition, "quantity_definitions": json.dumps(scene.error_definitions),
         "scene_needs": json.dumps(scene.needs), "scene_leaves_out": json.dumps(scene.leaves_out),
-        "method_summaries": json.dumps({name: metamodel_class(name).summary for name in curves}),
-        "not_applicable": json.dumps(NOT_APPLICABLE[scene.name]), "omitted": json.dumps(omitted),
-        "machine": machine(), "threads": threads_in_use(),
-        "backend": f"{scene.full_order.backend}, {kind} symmetric, symbolic phase reused",
-        "n_free": scene.n_free, "n_nodes": len(scene.fingertip.mesh.nodes), "n_pad": scene.n_pad,
-        "n_train": json.dumps(counts["train"]), "n_test": json.dumps(counts["test"]),
-        "residual_max": float(truth.index["residual"].max()), "scene_parameters": scene.to_json(),
-        "scene_hash": scene.content_hash, "mesh_hash": scene.fingertip.mesh.mesh_hash}
+        "method_summaries": json.dumps({name: kind.summary for name, kind in mine.items()}),
+        "method_colours": json.dumps({name: kind.colour for name, kind in kinds.items()}),
+        "full_order": json.dumps([name for name, kind in mine.items() if kind.full_order]),
+        "learners": json.dumps([name for name, kind in mine.items() if kind.learns]),
+        "not_applicable": json.dumps({name: reason for name, reason in reasons.items() if reason is not None}),
+        "omitted": json.dumps(omitted), "machine": machine(), "threads": threads_in_use(), "backend": scene.solver,
+        "n_free": scene.n_free, "n_train": json.dumps(truth.counts("train")),
+        "n_test": json.dumps(truth.counts("test")),
+        "scene_parameters": scene.to_json(), "scene_hash": scene.content_hash, "mesh_hash": scene.mesh_hash}
+    if scene.grid is not None:
+        found["n_nodes"] = scene.grid.n_node
+    if "residual" in truth.index:
+        found["residual_max"] = float(truth.index["residual"].max())
+    if "reached" in truth.index:
+        found["n_ended"] = int((~truth.index["reached"].values.astype(bool).all(axis=1)).sum())
+    return found
 
 
 def write_results(results: xr.Dataset, folder: str | Path) -> Path:

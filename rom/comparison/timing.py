@@ -1,53 +1,62 @@
-"""Clocks that a sceptic accepts: wall time, warm-up, methods interleaved, raw repeats kept, floors measured.
+"""Clocks that a sceptic accepts: wall time, one protocol for slow and fast, methods interleaved, every call kept.
 
-Each repeat asks every method for the same held-out case, and each repeat another case, so that no method answers from a
-cache that real use would not have warmed, and drift of the machine hits all alike.
+A round asks every method in turn. A method's first call in a round comes after all others have run and finds nothing
+of its own in the processor's caches; the calls that follow at once find them warm, as a running application would. Each
+call gets another case, so that no method answers from what an earlier call left. Nothing is averaged: medians are the
+reader's.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 
 import numpy as np
 from threadpoolctl import threadpool_info
 
 from rom.fullorder import get_threads
 
+BUDGET = 8.0
+"""Seconds after which a method gets no further round, once it had LEAST_ROUNDS."""
+LEAST_ROUNDS = 3
+Call = Callable[[int], object]
 
-def interleaved(calls: Mapping[str, Callable[[int], object]], repeats: int, warm_up: int = 2,
-                progress: Callable = iter) -> dict[str, np.ndarray]:
-    """Wall time of each call at each repeat.
+
+def interleaved(calls: Mapping[str, Sequence[Call]], rounds: int, *, budget: float = BUDGET,
+                least: int = LEAST_ROUNDS, progress: Callable = iter) -> dict[str, np.ndarray]:
+    """Wall time of each call in each round.
 
     Parameters
     ----------
-    calls : mapping of name to function of the repeat's number
-    repeats, warm_up : int
+    calls : mapping of name to functions of a running number
+        Made one after another in each round; the number differs from call to call.
+    rounds : int
+    budget : float [s]
+        What slow calls may take together before a method is left out of the rounds that follow.
+    least : int
+        Rounds that every method has.
+    progress : callable
+        Wraps the iteration over rounds, to show a bar.
 
     Returns
     -------
-    dict of (repeats,) ndarray [s]
+    dict of (n_call, rounds) ndarray [s]
+        NaN where a slow method had fewer rounds.
     """
-    seconds = {name: np.empty(repeats) for name in calls}
-    for i in progress(range(-warm_up, repeats)):
-        for name, call in calls.items():
-            elapsed = _clock(call, i % repeats)
-            if elapsed < QUICK:
-                # the first call brought the method's own data back into the processor's cache, as a running
-                # application would have them there; the median of some more, each on another case, is kept
-                elapsed = float(np.median([_clock(call, (i + k) % repeats) for k in range(1, 6)]))
-            if i >= 0:
-                seconds[name][i] = elapsed
+    seconds = {name: np.full((len(mine), rounds), np.nan) for name, mine in calls.items()}
+    for i in progress(range(rounds)):
+        for name, mine in calls.items():
+            if i < least or np.nansum(seconds[name]) < budget:
+                for k, call in enumerate(mine):
+                    seconds[name][k, i] = clocked(call, i * len(mine) + k)
     return seconds
 
 
-QUICK = 0.02
-"""Calls quicker than this [s] are repeated within a repeat: a busy machine stalls them for longer than they take."""
-
-
-def _clock(call: Callable[[int], object], i: int) -> float:
+def clocked(call: Call, number: int = 0) -> float:
+    """Wall time of one call [s]."""
     start = time.perf_counter_ns()
-    call(i)
+    call(number)
     return (time.perf_counter_ns() - start) * 1e-9
 
 
@@ -57,25 +66,21 @@ def memory_bandwidth(n_bytes: int = 4_000_000, repeats: int = 50) -> float:
     rows = max(1, n_bytes // (4 * 20_000))
     matrix = rng.standard_normal((rows, 20_000), dtype=np.float32)
     vector = rng.standard_normal(rows, dtype=np.float32)
-    return matrix.nbytes / _best(lambda: vector @ matrix, repeats)
+    return matrix.nbytes / _best(lambda _: vector @ matrix, repeats)
 
 
+@cache
 def product_rate(kind: str = "float32", repeats: int = 10) -> float:
-    """Operations a second of a large matrix product [1/s]."""
+    """Operations a second of a large matrix product, measured once in a process [1/s]."""
     rng = np.random.default_rng(0)
     a = rng.standard_normal((512, 512)).astype(kind)
     b = rng.standard_normal((512, 4096)).astype(kind)
-    return 2.0 * a.shape[0] * a.shape[1] * b.shape[1] / _best(lambda: a @ b, repeats)
+    return 2.0 * a.shape[0] * a.shape[1] * b.shape[1] / _best(lambda _: a @ b, repeats)
 
 
-def _best(call: Callable[[], object], repeats: int) -> float:
-    call()
-    best = np.inf
-    for _ in range(repeats):
-        start = time.perf_counter_ns()
-        call()
-        best = min(best, (time.perf_counter_ns() - start) * 1e-9)
-    return best
+def _best(call: Call, repeats: int) -> float:
+    call(0)
+    return min(clocked(call) for _ in range(repeats))
 
 
 def threads_in_use() -> str:

@@ -20,19 +20,35 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from rom.datasets.schema import check_schema
-from rom.datasets.storage import is_reduced, open_netcdf
+from rom.datasets.storage import loaded, open_netcdf, reading
 from rom.errors import SchemaError
+from rom.fullorder.poles import Poles
 from rom.scenes import CaseArrays
+from rom.scenes.complex_parts import decode_complex
+from rom.scenes.labelled_cases import LoadLabels, numbers
+from rom.scenes.labels import positions
 
-SMALL = ("mode_shape", "eigenvalue", "participation", "own_theta", "own_share", "free_dof", "load_of_case")
-SHAPES = (*SMALL, "own_shape")
-"""Variables that stand for ``displacement``."""
-CASES = ("force_amplitude", "frequency", "loss_factor")
+SHAPE_DIMS = ("mode", "load", "vector", "dof")
+"""Dimensions of the shapes; the attributes ``modes``, ``loads`` ... say how many there must be."""
+SMALL = {"mode_shape": ("mode", "dof"), "eigenvalue": ("mode",), "participation": ("load", "mode"),
+         "own_theta": ("load", "vector"), "own_share": ("load", "vector"), "node_of_load": ("load",),
+         "node_of_dof": ("dof",), "component_of_dof": ("dof",)}
+SHAPES = {**SMALL, "own_shape": ("load", "vector", "dof")}
+"""Variables that stand for ``displacement``, with their dimensions."""
 CHUNK = 1350
 """Cases of one dask chunk, half of one load's (500 MB whole): dask takes microseconds a chunk to find one case,
 and puts together no more of it than is asked for."""
 BLOCK = 64
 """Cases put together at once."""
+MOST_BYTES = 16e9
+"""Of fields put together from a reduced file at once."""
+STORAGE = "poles and shapes"
+"""Attribute ``storage`` of a file that holds no fields."""
+
+
+def is_reduced(data: xr.Dataset) -> bool:
+    """Whether an opened file holds poles and shapes instead of fields."""
+    return data.attrs.get("storage") == STORAGE
 
 
 class ReducedField:
@@ -48,20 +64,31 @@ class ReducedField:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._open()
-        try:
-            check_reduced(self.data, str(path))
-            small = self.data[[*SMALL, *CASES]].load()
-            self.n_load, self.n_own, self.n_free = self.data["own_shape"].shape
-        except (OSError, RuntimeError) as error:
-            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
-        self.load = small["load_of_case"].values.astype(np.int64)
-        self.force = small["force_amplitude"].values[:, 0]
-        self.stiffness = 1.0 + 1j * small["loss_factor"].values
-        self.inertia = (2.0 * np.pi * small["frequency"].values) ** 2
-        self.modes = small["mode_shape"].values
-        self.eigenvalue, self.participation = small["eigenvalue"].values, small["participation"].values
-        self.theta, self.share = small["own_theta"].values, small["own_share"].values
-        self.free_dof, self.n_node = small["free_dof"].values, self.data.sizes["node"]
+        data = self.data
+        with reading(path):
+            check_reduced(data, str(path))
+            small = {name: data[name].transpose(*dims).values for name, dims in SMALL.items()}
+            column, force = LoadLabels({"load_node": small.pop("node_of_load")}).forces(data)
+            frequency, loss_factor = (numbers(data, name, ("case",), unit)
+                                      for name, unit in (("frequency", "Hz"), ("loss_factor", "1")))
+            node, component = (_places(data, dim, small.pop(f"{dim}_of_dof"), str(path))
+                               for dim in ("node", "component"))
+        for name, values in {**small, "case": np.stack([frequency, loss_factor, force.sum(axis=1)])}.items():
+            if not np.isfinite(values).all() or (name == "eigenvalue" and (values <= 0).any()):
+                raise SchemaError(f"{path} holds a value of {name} that cannot be: delete it and make it again")
+        if column.shape[1] != 1 or (column < 0).any():
+            raise SchemaError(f"{path} holds cases without one force each: delete it and make it again")
+        self.n_load, self.n_own, self.n_free = (data.sizes[dim] for dim in ("load", "vector", "dof"))
+        self.load, self.force = column[:, 0], force[:, 0]
+        self.stiffness = 1.0 + 1j * loss_factor
+        self.inertia = (2.0 * np.pi * frequency) ** 2
+        self.modes = small["mode_shape"]
+        self.eigenvalue, self.participation = small["eigenvalue"], small["participation"]
+        self.theta, self.share = small["own_theta"], small["own_share"]
+        self.n_node, self.n_component = data.sizes["node"], data.sizes["component"]
+        self.free_dof = self.n_component * node + component
+        if len(np.unique(self.free_dof)) != self.n_free:
+            raise SchemaError(f"{path} names a degree of freedom twice: delete it and make it again")
 
     def _open(self) -> None:
         # one handle of xarray's own, which shares HDF5's lock with every other reader of this process
@@ -90,7 +117,7 @@ class ReducedField:
         kept = self._kept
         if kept is None or kept[0] != load:
             with self._reading:
-                kept = load, self.data.variables["own_shape"][load].values
+                kept = load, self.data.variables["own_shape"].isel(load=load).transpose("vector", "dof").values
             self._kept = kept
         return kept[1]
 
@@ -107,9 +134,9 @@ class ReducedField:
         own : (k, p) ndarray, complex [J^1/2]
         """
         load, force = self.load[cases], self.force[cases, None]
-        stiffness, inertia = self.stiffness[cases, None], self.inertia[cases, None]
-        return (self.participation[load] * force / (self.eigenvalue * stiffness - inertia),
-                self.share[load] * force / (stiffness - inertia * self.theta[load]))
+        point = self.stiffness[cases, None], self.inertia[cases, None]
+        return (Poles.of_modes(self.eigenvalue).at(self.participation[load] * force, *point),
+                Poles.of_vectors(self.theta[load]).at(self.share[load] * force, *point))
 
     def fields(self, cases) -> np.ndarray:
         """(k, n_free) ndarray, complex [m]: displacement of the cases (k,) at the free degrees of freedom."""
@@ -162,10 +189,10 @@ class ReducedField:
         return [(int(load[group[0]]), group) for group in groups if len(group)]
 
     def on_all_nodes(self, fields: np.ndarray) -> np.ndarray:
-        """(k, n_node, 3) ndarray: fields (k, n_free) with held nodes at zero."""
-        full = np.zeros((len(fields), 3 * self.n_node), dtype=fields.dtype)
+        """(k, n_node, n_component) ndarray: fields (k, n_free) with held nodes at zero."""
+        full = np.zeros((len(fields), self.n_component * self.n_node), dtype=fields.dtype)
         full[:, self.free_dof] = fields
-        return full.reshape(-1, self.n_node, 3)
+        return full.reshape(-1, self.n_node, self.n_component)
 
 
 class _LazyDisplacement(BackendArray):
@@ -173,7 +200,7 @@ class _LazyDisplacement(BackendArray):
 
     def __init__(self, field: ReducedField) -> None:
         self.field = field
-        self.shape = (len(field), field.n_node, 3)
+        self.shape = (len(field), field.n_node, field.n_component)
         self.dtype = np.dtype(complex)
 
     def __getitem__(self, key: indexing.ExplicitIndexer):
@@ -197,9 +224,20 @@ def check_reduced(data: xr.Dataset, source: str) -> None:
         raise SchemaError(f"{source} is not stored reduced: read it with read_dataset, or make one with "
                           "`rom dataset --whole`")
     check_schema(data.assign(displacement=0), source)  # which the shapes stand for
-    missing = [name for name in SHAPES if name not in data.variables]
+    missing = [name for name in (*SHAPES, "node", "component", "force_amplitude", "frequency", "loss_factor")
+               if name not in data.variables]
     if missing:
         raise SchemaError(f"{source} lacks {', '.join(missing)}: make the dataset again with `rom dataset`")
+    for dim in SHAPE_DIMS:
+        if data.sizes[dim] != data.attrs.get(f"{dim}s"):
+            raise SchemaError(f"{source} holds {data.sizes[dim]} {dim}s of the {data.attrs.get(f'{dim}s')} that its "
+                              "answers are made of: make the dataset again with `rom dataset`")
+
+
+def _places(data: xr.Dataset, dim: str, labels: np.ndarray, source: str) -> np.ndarray:
+    """Where labels stand along a dimension of the file."""
+    order = positions(np.atleast_1d(data[dim].values), labels, dim, source)
+    return np.arange(len(labels)) if order is None else order
 
 
 def open_dataset(path: str | Path, chunks: int | None = CHUNK) -> xr.Dataset:
@@ -227,20 +265,39 @@ def open_dataset(path: str | Path, chunks: int | None = CHUNK) -> xr.Dataset:
     if not reduced:
         data = open_netcdf(path)
         check_schema(data, str(path))
-        data = data.chunk({"case": chunks or CHUNK})
-        for name in [name for name in data.data_vars if "part" in data[name].dims]:
-            parts = data[name]
-            joined = parts.isel(part=0, drop=True) + 1j * parts.isel(part=1, drop=True)
-            data[name] = joined.assign_attrs(parts.attrs)
-        return data.drop_vars("part", errors="ignore")
+        return decode_complex(data.chunk({"case": chunks or CHUNK}))
     field = ReducedField(path)
     data = field.data
     attributes = {"long_name": data["own_shape"].attrs["displacement_name"], "units": "m", "mesh": "mesh",
                   "location": "node"}
-    whole = data.drop_vars(SHAPES)
+    whole = data.drop_vars(list(SHAPES))
     variable = xr.Variable(("case", "node", "component"), indexing.LazilyIndexedArray(_LazyDisplacement(field)),
                            attributes)
     whole["displacement"] = variable if chunks is None else variable.chunk(
         {"case": chunks, "node": -1, "component": -1})
     whole.set_close(data.close)
     return whole
+
+
+def read_dataset(path: str | Path, cases=None) -> xr.Dataset:
+    """Read a dataset of the schema, stored whole or reduced, or only the cases selected by integers, a slice or a mask.
+
+    Raises
+    ------
+    SchemaError
+        Where the file is missing, damaged, foreign or of another schema version.
+    ValueError
+        Where a reduced file would fill more than :data:`MOST_BYTES` of memory.
+    """
+    with open_netcdf(path) as data:
+        if not is_reduced(data):
+            check_schema(data, str(path))
+            return loaded(data if cases is None else data.isel(case=cases), path)
+    with open_dataset(path, chunks=None) as data:
+        wanted = data if cases is None else data.isel(case=cases)
+        size = wanted["displacement"].nbytes
+        if size > MOST_BYTES:
+            raise ValueError(f"{wanted.sizes['case']} cases of {path} fill {size / 1e9:.0f} GB: name fewer, or take "
+                             "rom.datasets.open_dataset, which reads what is asked for")
+        with reading(path):
+            return wanted.load()

@@ -1,7 +1,6 @@
-"""The one schema of every dataset: dimensions, units, the UGRID mesh, and complex numbers on disk.
+"""The one schema of every dataset: dimensions, units and the UGRID mesh.
 
-In memory a harmonic ``displacement`` is complex; on disk it has the extra dimension ``part = [real, imag]``, so that
-plain netCDF tools can read it. Both directions are here and nowhere else. Coordinates are in metres, forces in newton.
+Coordinates are in metres, forces in newton; how complex numbers stand on disk, see :mod:`rom.scenes.complex_parts`.
 """
 
 from __future__ import annotations
@@ -15,43 +14,8 @@ from rom.scenes import Scene
 
 SCHEMA_VERSION = "1.0"
 CONVENTIONS = "CF-1.11 UGRID-1.0"
-PARTS = ["real", "imag"]
 
 SPLIT_FLAGS = {"unused": 0, "train": 1, "test": 2}
-
-
-def to_parts(values: np.ndarray) -> np.ndarray:
-    """(..., 2) ndarray of real and imaginary parts; a view where the memory allows it."""
-    values = np.ascontiguousarray(values)
-    return values.view(values.real.dtype).reshape(*values.shape, 2)
-
-
-def from_parts(values: np.ndarray) -> np.ndarray:
-    """The complex array that :func:`to_parts` took apart."""
-    values = np.ascontiguousarray(values)
-    return values.view(np.result_type(values.dtype, np.complex64))[..., 0]
-
-
-def encode_complex(data: xr.Dataset) -> xr.Dataset:
-    """Replace every complex variable by real ones with the trailing dimension ``part``."""
-    encoded = data.copy()
-    for name, variable in data.data_vars.items():
-        if np.iscomplexobj(variable):
-            encoded[name] = ((*variable.dims, "part"), to_parts(variable.values), variable.attrs)
-            encoded = encoded.assign_coords(part=("part", PARTS, {"long_name": "part of a complex number"}))
-    return encoded
-
-
-def decode_complex(data: xr.Dataset) -> xr.Dataset:
-    """The inverse of :func:`encode_complex`."""
-    if "part" not in data.dims:
-        return data
-    decoded = data.drop_vars("part")
-    for name, variable in data.data_vars.items():
-        if "part" in variable.dims:
-            values = from_parts(variable.transpose(..., "part").values)
-            decoded[name] = (tuple(d for d in variable.dims if d != "part"), values, variable.attrs)
-    return decoded
 
 
 def mesh_variables(grid: Grid | None) -> dict[str, tuple]:

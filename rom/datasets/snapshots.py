@@ -12,7 +12,6 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
@@ -25,10 +24,11 @@ from threadpoolctl import threadpool_limits
 
 from rom.cache import cached_path
 from rom.checks import shown, whole_number
-from rom.datasets.pieces import begin_or_resume
+from rom.datasets.pieces import pieces_of
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.splits import split_variables
 from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, write_netcdf
+from rom.files import is_intact
 from rom.fullorder import threads
 from rom.provenance import source_digest, stamp, usable_cores
 from rom.scenes import Answers, Cases, Quantity, Scene
@@ -128,22 +128,23 @@ def _make(scene: Scene, arrays: Any, cases: xr.Dataset, path: str | Path | None,
     if workers is not None:
         whole_number("workers", workers, 1, 1024)
         if scheduler is not None and workers > 1:
-            raise ValueError(f"workers={workers} cannot be: the scheduler {shown(scheduler)} has its own workers; leave "
+            raise ValueError(f"workers={workers} cannot be: the scheduler {shown(scheduler)} has its own; leave "
                              "one of them out")
-    path = Path(path or cached_path("datasets", recipe))
-    folder = begin_or_resume(path, recipe, "cases")
-    if folder is None:
-        return path
-    pieces = scene.pieces(arrays)
-    files = [folder / f"{k:05d}.nc" for k in range(len(pieces))]
-    todo = [k for k in range(len(pieces)) if not files[k].exists()]
-    with ExitStack() as stack:
+    if path is None:
+        path = cached_path("datasets", recipe)
+        is_intact(path)
+    path = Path(path)
+    with pieces_of(path, recipe, "cases") as folder, ExitStack() as stack:
+        if folder is None:
+            return path
+        pieces = scene.pieces(arrays)
+        files = [folder / f"{k:05d}.nc" for k in range(len(pieces))]
+        todo = [k for k in range(len(pieces)) if not is_intact(files[k])]
         solved = _solved(stack, scene, {k: arrays.take(pieces[k]) for k in todo}, scheduler, workers)
         for _ in progress(range(len(todo))):
             k, solution = next(solved)
             _write_piece(scene, solution, pieces[k], files[k])
-    _assemble(scene, cases, files, path, compress, recipe)
-    shutil.rmtree(folder)
+        _assemble(scene, cases, files, path, compress, recipe)
     return path
 
 

@@ -1,8 +1,7 @@
-"""Files that appear whole or not at all, and are refused by name when they are not ours."""
+"""netCDF files, written whole and sealed, and refused by name when they are damaged or not ours."""
 
 from __future__ import annotations
 
-import glob
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -11,73 +10,36 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
-from rom.datasets.schema import PARTS, check_schema, decode_complex, encode_complex, to_parts
+from rom.checks import shown
+from rom.datasets.schema import check_schema
 from rom.errors import SchemaError
+from rom.files import check_seal, seal, whole_file
+from rom.scenes.complex_parts import PART, decode_complex, encode_complex, to_parts
 
-MOST_BYTES = 16e9
-"""Of fields put together from a reduced file at once."""
-STORAGE = "poles and shapes"
-"""Attribute ``storage`` of a file that holds no fields, see :mod:`rom.datasets.reduced`."""
-
-
-def is_reduced(data: xr.Dataset) -> bool:
-    """Whether an opened file holds poles and shapes instead of fields."""
-    return data.attrs.get("storage") == STORAGE
+CHECKED_AT_ONCE = 1e9
+"""Bytes of a file up to which its seal is checked when it is opened; in a larger one each chunk has a checksum of its
+own, which is checked when the chunk is read."""
+MOST_COMPRESSION = 1100
+"""Above what deflate can reach [RFC 1951], so that a small file that claims to hold more was not written by anyone."""
 
 
-def remove_leftovers(path: str | Path) -> None:
-    """Remove what killed processes left of ``path`` under temporary names; a living one's file stays."""
-    path = Path(path)
-    for partial in path.parent.glob(f".{glob.escape(path.name)}.*.partial"):
-        number = partial.name.removesuffix(".partial").rpartition(".")[2]
-        if number.isdecimal() and not _alive(int(number)):
-            partial.unlink(missing_ok=True)
-
-
-def _alive(process: int) -> bool:
-    if os.name == "nt":  # where signal 0 would end it
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # someone else's
-        return True
-    return True
-
-
-@contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary name beside ``path``; rename it to ``path`` on success, remove it on failure.
+def write_netcdf(data: xr.Dataset, path: str | Path, compress: bool = False) -> None:
+    """Write a dataset, complex variables as parts, atomically and sealed.
 
     Raises
     ------
     OSError
-        Where the folder cannot be written or the disk is full.
+        Where the file cannot be written.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        yield temporary
-        with open(temporary, "rb") as written:
-            os.fsync(written.fileno())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def write_netcdf(data: xr.Dataset, path: str | Path, compress: bool = False) -> None:
-    """Write a dataset, complex variables as parts, atomically."""
     encoded = encode_complex(data)
     encoding = {name: {"zlib": True, "complevel": 4, "shuffle": True} for name in encoded.data_vars
                 if compress and encoded[name].size > 1000}
-    with whole_file(path) as temporary:
-        try:
-            encoded.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
-        except RuntimeError as error:  # how netCDF4 words a failed write
-            raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
+    with whole_file(path) as temporary, _failing_as_os_error(path):
+        encoded.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        seal(temporary)
 
 
 def write_in_blocks(frame: xr.Dataset, path: str | Path, name: str, dims: tuple[str, ...], dtype: np.dtype,
@@ -102,21 +64,28 @@ def write_in_blocks(frame: xr.Dataset, path: str | Path, name: str, dims: tuple[
     parts = np.issubdtype(dtype, np.complexfloating)
     if parts:
         dims = (*dims, "part")
-        frame = frame.assign_coords(part=("part", PARTS, {"long_name": "part of a complex number"}))
-    with whole_file(path) as temporary:
-        try:
-            frame.to_netcdf(temporary, engine="netcdf4")
-            with netCDF4.Dataset(temporary, "a") as file:
-                chunks = [1, *(file.dimensions[dim].size for dim in dims[1:])]
-                kind = np.empty(0, dtype).real.dtype
-                variable = file.createVariable(name, kind, dims, zlib=compress, chunksizes=chunks)
-                variable.setncatts(attributes)
-                for index, values in blocks:
-                    values = to_parts(values) if parts else values
-                    for run in np.split(np.arange(len(index)), np.flatnonzero(np.diff(index) != 1) + 1):
-                        variable[int(index[run[0]]):int(index[run[-1]]) + 1] = values[run[0]:run[-1] + 1]
-        except RuntimeError as error:  # how netCDF4 words a failed write
-            raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
+        frame = frame.assign_coords(part=PART)
+    with whole_file(path) as temporary, _failing_as_os_error(path):
+        frame.to_netcdf(temporary, engine="netcdf4")
+        with netCDF4.Dataset(temporary, "a") as file:
+            sizes = [file.dimensions[dim].size for dim in dims]
+            kind = np.empty(0, dtype).real.dtype
+            variable = file.createVariable(name, kind, dims, zlib=compress, chunksizes=[1, *sizes[1:]],
+                                           fletcher32=float(np.prod(sizes)) * kind.itemsize > CHECKED_AT_ONCE)
+            variable.setncatts(attributes)
+            for index, values in blocks:
+                values = to_parts(values) if parts else values
+                for run in np.split(np.arange(len(index)), np.flatnonzero(np.diff(index) != 1) + 1):
+                    variable[int(index[run[0]]):int(index[run[-1]]) + 1] = values[run[0]:run[-1] + 1]
+        seal(temporary)
+
+
+@contextmanager
+def _failing_as_os_error(path: str | Path) -> Iterator[None]:
+    try:
+        yield
+    except RuntimeError as error:  # how netCDF4 words a failed write
+        raise OSError(f"{path} could not be written ({error}): check the disk's free space") from error
 
 
 def write_dataset(data: xr.Dataset, path: str | Path, compress: bool = False) -> None:
@@ -125,62 +94,85 @@ def write_dataset(data: xr.Dataset, path: str | Path, compress: bool = False) ->
     write_netcdf(data, path, compress)
 
 
-def open_netcdf(path: str | Path) -> xr.Dataset:
+@contextmanager
+def reading(path: str | Path) -> Iterator[None]:
+    """Whatever the libraries below raise of a damaged file, said as a SchemaError in one sentence."""
+    try:
+        yield
+    except SchemaError as error:
+        if str(path) in str(error):
+            raise
+        raise SchemaError(f"{path}: {error}") from error
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise SchemaError(f"{path} is damaged ({shown(reason)[1:-1]}): delete it and make it again") from error
+
+
+def open_netcdf(path: str | Path, checked: float = CHECKED_AT_ONCE) -> xr.Dataset:
     """Open a netCDF file lazily, parts undecoded.
+
+    Parameters
+    ----------
+    checked : float
+        Size [byte] up to which the seal is checked.
 
     Raises
     ------
     SchemaError
-        Where the file is missing, truncated or no netCDF file.
+        Where the file is missing, damaged or no netCDF file.
     """
-    if not Path(path).is_file():
+    try:
+        there = Path(path).is_file()
+    except ValueError:  # a null character
+        there = False
+    if not there:
         raise SchemaError(f"{path} does not exist: make it with `rom dataset`, or correct the path")
     try:
-        return xr.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError, RuntimeError) as error:
+        check_seal(path, checked)
+        data = xr.open_dataset(path, engine="netcdf4")
+        for name, variable in list(data.variables.items()):
+            if name not in data.xindexes:
+                lazy = indexing.LazilyIndexedArray(_Read(variable, path))
+                data[name] = xr.Variable(variable.dims, lazy, variable.attrs, variable.encoding)
+        return data
+    except SchemaError:
+        raise
+    except Exception as error:  # HDF5's and netCDF's words for a damaged file are of every kind
         raise SchemaError(f"{path} is truncated or no netCDF file: delete it and make it again") from error
 
 
+class _Read(BackendArray):
+    """A variable on disk whose damage is named when it is read, however late that is."""
+
+    def __init__(self, variable: xr.Variable, path: str | Path) -> None:
+        self.variable, self.path = variable, path
+        self.shape, self.dtype = variable.shape, variable.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._values)
+
+    def _values(self, key: tuple) -> np.ndarray:
+        with reading(self.path):
+            return self.variable[key].values
+
+
 def read_netcdf(path: str | Path) -> xr.Dataset:
-    """Read a netCDF file into memory, parts joined to complex numbers."""
-    with open_netcdf(path) as data:
-        try:
-            return decode_complex(data.load())
-        except (OSError, RuntimeError) as error:
-            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
+    """Read a netCDF file into memory, parts joined to complex numbers; raises as :func:`open_netcdf`."""
+    with open_netcdf(path, np.inf) as data:
+        return loaded(data, path)
 
 
-def read_dataset(path: str | Path, cases=None) -> xr.Dataset:
-    """Read a dataset of the schema, stored whole or reduced, or only the cases selected by integers, a slice or a mask.
+def loaded(data: xr.Dataset, path: str | Path) -> xr.Dataset:
+    """Cases of an opened file in memory, parts joined to complex numbers.
 
     Raises
     ------
     SchemaError
-        Where the file is missing, truncated, foreign or of another schema version.
-    ValueError
-        Where a reduced file would fill more than :data:`MOST_BYTES` of memory.
+        Where the file is damaged, or claims to hold more than a file of its size can.
     """
-    with open_netcdf(path) as data:
-        if is_reduced(data):
-            data.close()  # one handle at a time
-            return _read_reduced(path, cases)
-        check_schema(data, str(path))
-        try:
-            return decode_complex((data if cases is None else data.isel(case=cases)).load())
-        except (OSError, RuntimeError) as error:
-            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
-
-
-def _read_reduced(path: str | Path, cases) -> xr.Dataset:
-    from rom.datasets.reduced import open_dataset
-
-    with open_dataset(path, chunks=None) as data:
-        wanted = data if cases is None else data.isel(case=cases)
-        size = wanted["displacement"].nbytes
-        if size > MOST_BYTES:
-            raise ValueError(f"{wanted.sizes['case']} cases of {path} fill {size / 1e9:.0f} GB: name fewer, or take "
-                             "rom.datasets.open_dataset, which reads what is asked for")
-        try:
-            return wanted.load()
-        except (OSError, RuntimeError) as error:
-            raise SchemaError(f"{path} is damaged: delete it and make it again") from error
+    size = os.path.getsize(path)
+    if data.nbytes > 1e8 + MOST_COMPRESSION * size:
+        raise SchemaError(f"{path} claims to hold {data.nbytes / 1e9:.1f} GB in {size / 1e6:.1f} MB, more than "
+                          "compression can do: delete it and make it again")
+    with reading(path):
+        return decode_complex(data.load())

@@ -14,8 +14,10 @@ import xarray as xr
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import SolverError
+from rom.files import is_intact
 from rom.fullorder import Modes, SecondOrderModel
 from rom.fullorder.load_vectors import load_vectors
+from rom.fullorder.poles import Poles, operating_points
 from rom.scenes import LinearScene
 
 RESIDUAL_LIMIT = 1e-8
@@ -24,7 +26,7 @@ RESIDUAL_LIMIT = 1e-8
 
 def kept_modes(scene: LinearScene, count: int, path: Path) -> Modes:
     """The shared modes, computed once and kept: pieces of different runs must build on the same."""
-    if not path.exists():
+    if not is_intact(path):
         found = scene.model.natural_modes(count=min(count, scene.n_free - 1))
         write_netcdf(xr.Dataset({"shape": (("dof", "mode"), found.shape), "eigenvalue": ("mode", found.eigenvalue)},
                                 attrs={"bound": found.next_eigenvalue_bound}), path)
@@ -34,7 +36,8 @@ def kept_modes(scene: LinearScene, count: int, path: Path) -> Modes:
     return Modes(value, shape, np.zeros(len(value)), len(value), bound, bound)
 
 
-def make_piece(scene: LinearScene, modes: Modes, loads: np.ndarray, vectors: int, points: np.ndarray, path: Path) -> None:
+def make_piece(scene: LinearScene, modes: Modes, loads: np.ndarray, vectors: int, points: np.ndarray, path: Path
+               ) -> None:
     """Vectors, poles and true residuals of the unit loads ``loads`` at all ``points`` (n_point, 2), as a file.
 
     Raises
@@ -69,9 +72,9 @@ def make_piece(scene: LinearScene, modes: Modes, loads: np.ndarray, vectors: int
 def pole_coefficients(eigenvalue: np.ndarray, participation: np.ndarray, theta: np.ndarray, share: np.ndarray,
                       points: np.ndarray) -> np.ndarray:
     """(n_point, m + p) ndarray, complex: coefficients of one unit load's answers."""
-    stiffness, inertia = 1.0 + 1j * points[:, 1:], (2.0 * np.pi * points[:, :1]) ** 2
-    return np.concatenate([participation / (eigenvalue * stiffness - inertia), share / (stiffness - inertia * theta)],
-                          axis=1)
+    point = operating_points(*points.T)
+    return np.concatenate([Poles.of_modes(eigenvalue).at(participation, *point),
+                           Poles.of_vectors(theta).at(share, *point)], axis=1)
 
 
 class ResidualCheck:
@@ -115,7 +118,7 @@ class ResidualCheck:
         again = self.q.T @ block  # twice is enough
         block -= self.q @ again
         tail = np.asarray(np.linalg.qr(block, mode="r"))
-        stiffness, inertia = 1.0 + 1j * points[:, 1:], (2.0 * np.pi * points[:, :1]) ** 2
+        stiffness, inertia = operating_points(*points.T)
         shared, rest = coefficients[:, :self.m], coefficients[:, self.m:]
         shared = np.concatenate([stiffness * shared, -inertia * shared], axis=1)
         rest = np.concatenate([stiffness * rest, -inertia * rest, np.full((len(points), 1), -1.0)], axis=1)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.fingertip.mesh import FingertipMesh
 
 TISSUE = "tissue"

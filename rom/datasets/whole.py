@@ -8,7 +8,6 @@ cases drawn at random are solved directly beside. What is stored are poles and s
 from __future__ import annotations
 
 import json
-import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,13 +17,15 @@ import numpy as np
 import xarray as xr
 
 from rom.cache import cached_path
-from rom.datasets.pieces import begin_or_resume
+from rom.datasets.pieces import pieces_of
+from rom.datasets.reduced import SHAPE_DIMS, STORAGE
 from rom.datasets.schema import dataset_attributes, mesh_variables
 from rom.datasets.snapshots import Progress, solver_sources
 from rom.datasets.splits import split_variables
-from rom.datasets.storage import STORAGE, open_netcdf, read_netcdf, write_in_blocks, write_netcdf
+from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, write_netcdf
 from rom.datasets.verified_rom import kept_modes, make_piece, pole_coefficients
 from rom.errors import SolverError
+from rom.files import is_intact
 from rom.fullorder import Modes
 from rom.provenance import stamp
 from rom.scenes import CaseArrays, LinearScene
@@ -86,9 +87,9 @@ class WholeSet:
                         self.n_within + node * len(self.beyond) + point - inside)
 
 
-def make_whole_dataset(scene: LinearScene, path: str | Path, *, beyond: bool = False, seed: int = 0, modes: int | None = None,
-                       vectors: int | None = None, precision: str = "float64", confirm: int = 304,
-                       progress: Progress = iter) -> Path:
+def make_whole_dataset(scene: LinearScene, path: str | Path, *, beyond: bool = False, seed: int = 0,
+                       modes: int | None = None, vectors: int | None = None, precision: str = "float64",
+                       confirm: int = 304, progress: Progress = iter) -> Path:
     """Make every case of the published harmonic grid, verified and stored reduced; resumable.
 
     Parameters
@@ -132,19 +133,19 @@ def make_whole_dataset(scene: LinearScene, path: str | Path, *, beyond: bool = F
     recipe = {"scene": json.loads(scene.to_json()), "content": scene.content_hash, "whole": True, "beyond": beyond,
               "seed": seed, "modes": modes, "vectors": vectors, "precision": precision, "confirm": confirm,
               "source": solver_sources(scene)}
-    folder = begin_or_resume(path, recipe, "cases")
-    if folder is None:
-        return path
-    blocks = np.array_split(np.arange(scene.n_loads), -(-scene.n_loads // LOADS_PER_PIECE))
-    files = [folder / f"{k:05d}.nc" for k in range(len(blocks))]
-    for k in progress(range(len(blocks))):
-        if not files[k].exists():
-            make_piece(scene, kept_modes(scene, modes, folder / "modes.nc"), blocks[k], vectors, whole.points, files[k])
-    if not (folder / "confirmed.nc").exists():
-        _confirm(scene, kept_modes(scene, modes, folder / "modes.nc"), whole, files, confirm, seed, precision,
-                 folder / "confirmed.nc")
-    _assemble(whole, folder, files, path, recipe)
-    shutil.rmtree(folder)
+    with pieces_of(path, recipe, "cases") as folder:
+        if folder is None:
+            return path
+        blocks = np.array_split(np.arange(scene.n_loads), -(-scene.n_loads // LOADS_PER_PIECE))
+        files = [folder / f"{k:05d}.nc" for k in range(len(blocks))]
+        for k in progress(range(len(blocks))):
+            if not is_intact(files[k]):
+                make_piece(scene, kept_modes(scene, modes, folder / "modes.nc"), blocks[k], vectors, whole.points,
+                           files[k])
+        if not is_intact(folder / "confirmed.nc"):
+            _confirm(scene, kept_modes(scene, modes, folder / "modes.nc"), whole, files, confirm, seed, precision,
+                     folder / "confirmed.nc")
+        _assemble(whole, folder, files, path, recipe)
     return path
 
 
@@ -157,8 +158,8 @@ def find_whole(scene: LinearScene, *, beyond: bool, seed: int, progress: Progres
 
 # ---- direct solves beside -------------------------------------------------------------------------------------
 
-def _confirm(scene: LinearScene, modes: Modes, whole: WholeSet, files: list[Path], count: int, seed: int, precision: str,
-             path: Path) -> None:
+def _confirm(scene: LinearScene, modes: Modes, whole: WholeSet, files: list[Path], count: int, seed: int,
+             precision: str, path: Path) -> None:
     """Solve random cases directly, several nodes to one factorization, and keep the errors."""
     start = time.perf_counter()
     rng = np.random.default_rng([seed, 24])
@@ -203,7 +204,9 @@ def _assemble(whole: WholeSet, folder: Path, files: list[Path], path: Path, reci
     """Write the dataset from its pieces, one after another."""
     scene, arrays = whole.scene, whole.arrays()
     modes, confirmed = read_netcdf(folder / "modes.nc"), read_netcdf(folder / "confirmed.nc")
-    kind = PRECISIONS[recipe["precision"]]
+    kind, grid = PRECISIONS[recipe["precision"]], scene.grid
+    assert grid is not None  # the published scene has a mesh
+    width = len(grid.components)
     small: dict[str, list[np.ndarray]] = {name: [] for name in (
         "theta", "share", "participation", "residual", "difference")}
     seconds = float(confirmed.attrs["seconds"])
@@ -221,8 +224,8 @@ def _assemble(whole: WholeSet, folder: Path, files: list[Path], path: Path, reci
             "long_name": "relative residual ||Z u - f|| / ||f|| of the answer in double precision", "units": "1"}),
         "solve_seconds": ("case", np.full(len(arrays), seconds / len(arrays)), {
             "long_name": "wall time of making and checking all cases, shared equally", "units": "s"}),
-        "load_of_case": ("case", arrays.node[:, 0].astype(np.int32), {
-            "long_name": "row of the case's load among the own shapes", "units": "1"}),
+        "node_of_load": ("load", scene.loads.labels["load_node"].astype(np.int32), {
+            "long_name": "mesh node whose load the own shapes answer", "units": "1"}),
         "mode_shape": (("mode", "dof"), modes["shape"].values.T.astype(kind), {
             "long_name": "mass-orthonormal mode shape", "units": "kg-0.5"}),
         "eigenvalue": ("mode", modes["eigenvalue"].values, {
@@ -231,15 +234,19 @@ def _assemble(whole: WholeSet, folder: Path, files: list[Path], path: Path, reci
             "long_name": "mode shape times unit load", "units": "kg-0.5"}),
         "own_theta": (("load", "vector"), table["theta"], {"long_name": "reciprocal Ritz value", "units": "s2"}),
         "own_share": (("load", "vector"), table["share"], {"long_name": "share of the load", "units": "J0.5 N-1"}),
-        "free_dof": ("dof", scene.grid.free.astype(np.int32), {
-            "long_name": "place of the degree of freedom among 3 node + component", "units": "1"}),
+        "node_of_dof": ("dof", grid.node_names[grid.free // width], {
+            "long_name": "mesh node of the degree of freedom", "units": "1"}),
+        "component_of_dof": ("dof", np.array(grid.components)[grid.free % width], {
+            "long_name": "component of the degree of freedom"}),
         "confirmed_case": ("confirmed", whole.case_number(confirmed["node"].values, confirmed["point"].values), {
             "long_name": "case that was solved directly beside", "units": "1"}),
         "confirmed_error": ("confirmed", confirmed["error"].values, {
             "long_name": "relative error of the stored answer against the direct solve", "units": "1"}),
-        **mesh_variables(scene.grid)})
+        **mesh_variables(grid)})
     frame.attrs = {
         **dataset_attributes(scene), **stamp(), "recipe": json.dumps(recipe), "storage": STORAGE,
+        **{f"{dim}s": np.int32(size) for dim, size in zip(SHAPE_DIMS, (
+            len(modes["eigenvalue"]), scene.n_loads, recipe["vectors"], scene.n_free), strict=True)},
         "storage_formula": "u = sum_k mode_shape_k participation_k F / (eigenvalue_k (1 + i eta) - omega^2) + "
                            "sum_p own_shape_p own_share_p F / (1 + i eta - omega^2 own_theta_p)",
         "residual_max": float(residual.max()), "confirmed_error_max": float(confirmed["error"].max()),

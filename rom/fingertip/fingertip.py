@@ -29,6 +29,8 @@ PRESETS = {
     "study": MeshDensity((16, 16), 8, 8),
     # 7,695 nodes and 239 pad nodes, beside the metamodel study's 7,677 and 239
     "metamodel": MeshDensity((14, 16), 6, 4),
+    # 1,014 nodes: a check that everything runs, not a result
+    "quick": MeshDensity((6, 6), 3, 2, (1, 1, 1, 2)),
 }
 """Mesh densities of the presets, by name."""
 

@@ -22,6 +22,7 @@ from rom.errors import SolverError
 from rom.fullorder.blas import blas_threads
 from rom.fullorder.dynamic_stiffness import DynamicStiffness, check_not_negative
 from rom.fullorder.factorization import Factorization, factorize
+from rom.fullorder.inertia import count_negative
 
 log = logging.getLogger(__name__)
 
@@ -60,6 +61,8 @@ class Modes:
     next_eigenvalue_bound : float [rad^2/s^2]
         No eigenvalue below this is missing from `eigenvalue`: the shift, or, where the request cuts a
         cluster, the next computed eigenvalue less its error. Infinite if all n modes are kept.
+    left_out : (n, sturm_count - m) ndarray [kg^-1/2], optional
+        Shapes of the rest of a cluster that the request cuts: with them all that the count counted is there.
     """
 
     eigenvalue: NDArray[np.float64]
@@ -68,6 +71,7 @@ class Modes:
     sturm_count: int
     sturm_shift: float
     next_eigenvalue_bound: float
+    left_out: NDArray[np.float64] | None = None
 
     @property
     def count(self) -> int:
@@ -179,6 +183,7 @@ def natural_modes(
             * eigenvalue[wanted]
             / (1 + eigenvalue[wanted] * _error(mass, factor, eigenvalue[:below], shape[:, :below]))
         )
+    left_out = shape[:, wanted:below]
     eigenvalue, shape = _polished(stiffness, mass, shape[:, :wanted])
     residual = _residuals(stiffness, mass, eigenvalue, shape)
     if np.max(residual, initial=0.0) > _WORST_RESIDUAL:
@@ -186,7 +191,7 @@ def natural_modes(
             f"a natural mode has a relative residual of {np.max(residual):.1e}, allowed "
             f"{_WORST_RESIDUAL:.0e}: the stiffness matrix is too ill-conditioned"
         )
-    return Modes(eigenvalue, shape, residual, sturm, shift, float(bound))
+    return Modes(eigenvalue, shape, residual, sturm, shift, float(bound), left_out)
 
 
 def sturm_count(stiffness: Any, mass: Any, frequency_hz: float, *, backend: str = "auto") -> int:
@@ -326,8 +331,8 @@ def _gap_above(eigenvalue: NDArray[np.float64], wanted: int, n: int) -> tuple[in
 
 
 def _count_below(pencil: DynamicStiffness, shift: float, backend: str) -> int:
-    with factorize(pencil.shifted(shift), backend=backend) as factor:
-        return factor.negative_eigenvalues
+    scale = np.sqrt(np.abs(pencil.shifted(0.0).diagonal))
+    return count_negative(pencil.shifted(shift), np.where(scale > 0, scale, 1.0), backend=backend)
 
 
 def _estimate_count(pencil: DynamicStiffness, shift: float, backend: str) -> int:

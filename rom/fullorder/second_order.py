@@ -122,6 +122,16 @@ class SecondOrderModel:
         return self._mass
 
     @property
+    def matrices(self) -> tuple[sp.csr_array | None, ...]:
+        """Stiffness, mass and loss stiffness; None for what the model has not."""
+        return self.stiffness, self._mass, self.loss_stiffness
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether it was made with a mass matrix."""
+        return self._mass is not None
+
+    @property
     def has_static_factorization(self) -> bool:
         """Whether the factor of K is there already."""
         return self._static is not None

@@ -34,6 +34,11 @@ class SymmetricMatrix:
         """Number of rows."""
         return len(self.indptr) - 1
 
+    @property
+    def diagonal(self) -> NDArray:
+        """(n,) ndarray: the entries on the diagonal."""
+        return self.values[self.indptr[:-1]]
+
     def same_pattern(self, other: SymmetricMatrix) -> bool:
         """Whether both store the same entries."""
         return (self.indptr is other.indptr and self.indices is other.indices) or (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from rom.checks import shown
 from rom.errors import RomError
 from rom.interactive import wire
 from rom.interactive.engine import Answer, Engine, check_finite
@@ -35,6 +37,7 @@ class Desk:
         self.worker = Worker()
         self.quick = ThreadPoolExecutor(1, thread_name_prefix="field")
         self.slow = ThreadPoolExecutor(1, thread_name_prefix="slow")
+        self.late = ThreadPoolExecutor(1, thread_name_prefix="residual")
         self._matrices: asyncio.Future | None = None
 
     async def matrices(self) -> None:
@@ -69,23 +72,36 @@ class Desk:
     def close(self) -> None:
         """End threads and process."""
         self.worker.close()
-        for pool in (self.quick, self.slow):
+        for pool in (self.quick, self.slow, self.late):
             pool.shutdown(wait=False, cancel_futures=True)
 
 
+class Question:
+    """One request: its work, and how it ended."""
+
+    def __init__(self, request: dict[str, Any]) -> None:
+        self.number, self.request = request["id"], request
+        self.work: asyncio.Task | None = None
+        self.solves = False
+        """Whether it is solved directly: then it makes way for a newer one at once."""
+        self.answered = False
+        """Whether its answer is out; a field's residual may still follow."""
+        self.ended_as = ""
+
+    def end(self, word: str) -> None:
+        """End the work, if it runs; once, since a second cancellation would only disturb what the first set going."""
+        if self.work is not None and not self.ended_as:
+            self.ended_as = word
+            self.work.cancel()
+
+
 class Lane:
-    """Requests of one kind on one connection: one runs, and the newest that came meanwhile waits."""
+    """Questions of one kind on one connection: one is worked on, and of those that come meanwhile the newest waits."""
 
     def __init__(self) -> None:
-        self.running: asyncio.Task | None = None
-        self.number: int | None = None
-        """Of the request that runs."""
-        self.can_be_ended = False
-        """Whether what runs is solved directly: then it makes way for a newer request at once."""
-        self.answered = False
-        """Whether what runs only adds to an answer that is out already."""
-        self.ended_as = "superseded"
-        self.waiting: dict[str, Any] | None = None
+        self.task: asyncio.Task | None = None
+        self.now: Question | None = None
+        self.waiting: Question | None = None
 
 
 class Connection:
@@ -100,142 +116,129 @@ class Connection:
 
     def __init__(self, desk: Desk, send: Send) -> None:
         self.desk, self.engine, self._send = desk, desk.engine, send
-        self._kinds: dict[str, Callable[[int, dict[str, Any]], Awaitable[None]]] = {
+        self._kinds: dict[str, Callable[[Question], Awaitable[None]]] = {
             "field": self._field, "cut": self._cut, "frf": self._frequency_response, "error": self._error,
             "hello": self._hello}
         self._lanes = {kind: Lane() for kind in self._kinds}
-        self._closed = False
 
     async def take(self, text: str) -> None:
-        """Take one message; returns at once, replies follow."""
+        """Take one message; replies follow."""
         try:
             request = wire.parse_request(text)
         except ValueError as error:
-            await self._problem(None, str(error))
+            await self._post({"id": None, "answer": "problem", "text": str(error)})
             return
-        number, kind = request["id"], request["ask"]
+        kind, question = request["ask"], Question(request)
         if kind == "cancel":
-            await self._cancel(number)
+            await self._cancel(question)
         elif kind not in self._kinds:
-            shown = kind if len(kind) <= 40 else f"{kind[:37]}..."
-            await self._problem(number, f"{shown!r} is nothing that can be asked for: ask for one of "
-                                        f"{', '.join([*self._kinds, 'cancel'])}")
+            await self._problem(question, f"{shown(kind)} is nothing that can be asked for: ask for one of "
+                                          f"{', '.join([*self._kinds, 'cancel'])}")
         else:
-            await self._queue(self._lanes[kind], request)
+            await self._queue(self._lanes[kind], question)
 
     async def close(self) -> None:
         """End everything that still runs for this connection."""
-        self._closed = True
-        running = [lane.running for lane in self._lanes.values() if lane.running is not None]
+        running = [lane.task for lane in self._lanes.values() if lane.task is not None]
         for task in running:
             task.cancel()
         await asyncio.gather(*running, return_exceptions=True)
 
-    async def _queue(self, lane: Lane, request: dict[str, Any]) -> None:
-        if lane.running is None:
-            self._start(lane, request)
-            await asyncio.sleep(0)  # it begins before it can be cancelled, and so always replies
-            return
-        older, lane.waiting = lane.waiting, request
-        if lane.can_be_ended or lane.answered:
-            lane.ended_as = "superseded"
-            lane.running.cancel()
+    async def _queue(self, lane: Lane, question: Question) -> None:
+        older, lane.waiting = lane.waiting, question
+        if lane.task is None:
+            lane.task = asyncio.create_task(self._run(lane))
+        elif lane.now is not None and (lane.now.solves or lane.now.answered):
+            lane.now.end("superseded")
         if older is not None:
-            await self._post({"id": older["id"], "answer": "superseded"})
+            await self._answer(older, "superseded")
 
-    def _start(self, lane: Lane, request: dict[str, Any]) -> None:
-        lane.number, lane.can_be_ended, lane.answered = request["id"], False, False
-        lane.running = asyncio.create_task(self._reply(lane, request))
-        lane.running.add_done_callback(lambda _: self._next(lane))
+    async def _run(self, lane: Lane) -> None:
+        """Answer the questions of a lane until none waits."""
+        while lane.waiting is not None:
+            lane.now, lane.waiting = lane.waiting, None
+            async with asyncio.TaskGroup() as group:  # it waits for the work, and cancels it with this task
+                lane.now.work = group.create_task(self._work(lane.now))
+            if not lane.now.answered:
+                await self._answer(lane.now, lane.now.ended_as)
+        lane.task = lane.now = None
 
-    def _next(self, lane: Lane) -> None:
-        request, lane.running, lane.waiting = lane.waiting, None, None
-        if request is not None and not self._closed:
-            self._start(lane, request)
-
-    async def _cancel(self, number: int) -> None:
-        for lane in self._lanes.values():
-            if lane.waiting is not None and lane.waiting["id"] == number:
-                lane.waiting = None
-                await self._post({"id": number, "answer": "cancelled"})
-                return
-            if lane.running is not None and lane.number == number and not lane.answered:
-                lane.ended_as = "cancelled"
-                lane.running.cancel()
-                return
-        await self._problem(number, f"nothing with the id {number} is under way: it may be done already")
-
-    async def _reply(self, lane: Lane, request: dict[str, Any]) -> None:
-        number = request["id"]
+    async def _work(self, question: Question) -> None:
         try:
-            await self._kinds[request["ask"]](number, request)
-        except asyncio.CancelledError:
-            if self._closed:  # nobody is there to be told
-                raise
-            if not lane.answered:
-                await self._post({"id": number, "answer": lane.ended_as})
+            await self._kinds[question.request["ask"]](question)
         except (RomError, ValueError) as error:
-            await self._problem(number, str(error))
-        except ConnectionError:
-            pass
+            await self._problem(question, str(error))
         except Exception:  # a fault of ours must not take the server down
             log.exception("a request could not be answered")
-            await self._problem(number, "the server could not answer this: its log says why")
+            await self._problem(question, "the server could not answer this: its log says why")
+
+    async def _cancel(self, question: Question) -> None:
+        for lane in self._lanes.values():
+            if lane.waiting is not None and lane.waiting.number == question.number:
+                waiting, lane.waiting = lane.waiting, None
+                await self._answer(waiting, "cancelled")
+                return
+            if lane.now is not None and lane.now.number == question.number and not lane.now.answered:
+                lane.now.end("cancelled")
+                return
+        await self._problem(question, f"nothing with the id {question.number} is under way: it may be done already")
 
     # ---- kinds ----------------------------------------------------------------------------------------------
 
-    async def _hello(self, number: int, _: dict[str, Any]) -> None:
-        header, arrays = await self.desk.run(self.desk.quick, self.engine.hello)
-        await self._post({"id": number, "answer": "hello", **header}, arrays)
+    async def _hello(self, question: Question) -> None:
+        await self._answer(question, "hello", *await self.desk.run(self.desk.quick, self.engine.hello))
 
-    async def _field(self, number: int, request: dict[str, Any]) -> None:
-        state = self._state(request)
-        lane = self._lanes["field"]
-        lane.can_be_ended = state.method in SOLVED
+    async def _field(self, question: Question) -> None:
+        state = self._state(question)
+        question.solves = state.method in SOLVED
         answer = await self.desk.answer(state)
-        lane.can_be_ended = False
-        header, arrays = await self.desk.run(self.desk.quick, self.engine.shown, state, answer)
-        await self._post({"id": number, "answer": "field", **header}, arrays)
-        lane.answered = True  # a newer picture matters more than this one's residual
-        if lane.waiting is not None:
-            return
-        await self.desk.matrices()
-        residual = await self.desk.run(self.desk.quick, self.engine.residual, state, answer.values)
-        await self._post({"id": number, "answer": "indicators", "residual": residual})
+        question.solves = False
+        found = await self.desk.run(self.desk.quick, self.engine.shown, state, answer)
+        await self._answer(question, "field", *found)
+        if self._lanes["field"].waiting is None:  # a newer picture matters more than this one's residual
+            await self.desk.matrices()
+            residual = await self.desk.run(self.desk.late, self.engine.residual, state, answer.values)
+            await self._answer(question, "indicators", {"residual": residual})
 
-    async def _cut(self, number: int, request: dict[str, Any]) -> None:
-        header, arrays = await self.desk.run(self.desk.slow, self.engine.cut, self._state(request))
-        await self._post({"id": number, "answer": "cut", **header}, arrays)
+    async def _cut(self, question: Question) -> None:
+        found = await self.desk.run(self.desk.slow, self.engine.cut, self._state(question))
+        await self._answer(question, "cut", *found)
 
-    async def _frequency_response(self, number: int, request: dict[str, Any]) -> None:
-        state = self._state(request)
-        node = probe_node(request.get("node"), self.engine.limits)
+    async def _frequency_response(self, question: Question) -> None:
+        state = self._state(question)
+        node = probe_node(question.request.get("node"), self.engine.limits)
         if node is None:
             node = state.forces[0][0] if state.probe is None else state.probe
-        header, arrays = await self.desk.run(self.desk.quick, self.engine.frequency_response, state, node)
-        await self._post({"id": number, "answer": "frf", **header}, arrays)
+        found = await self.desk.run(self.desk.quick, self.engine.frequency_response, state, node)
+        await self._answer(question, "frf", *found)
 
-    async def _error(self, number: int, request: dict[str, Any]) -> None:
-        state = self._state(request)
-        self._lanes["error"].can_be_ended = True
+    async def _error(self, question: Question) -> None:
+        state = self._state(question)
+        question.solves = True
         answer = await self.desk.answer(state)
         if state.method == "direct":
             found, seconds = 0.0, answer.seconds
         else:
             truth = await self.desk.answer(replace(state, method="direct"))
             found, seconds = relative_error(answer.values, truth.values), truth.seconds
-        await self._post({"id": number, "answer": "error", "error": found, "method": state.method,
-                          "seconds": answer.seconds, "direct_seconds": seconds,
-                          "speedup": self.engine.speedup(state, answer.seconds)})
+        await self._answer(question, "error", {
+            "error": found, "method": state.method, "seconds": answer.seconds, "direct_seconds": seconds,
+            "speedup": self.engine.speedup(state, answer.seconds)})
 
-    def _state(self, request: dict[str, Any]) -> State:
-        return from_json(request.get("state", {}), self.engine.limits)
+    def _state(self, question: Question) -> State:
+        return from_json(question.request.get("state", {}), self.engine.limits)
 
-    async def _problem(self, number: int | None, text: str) -> None:
-        await self._post({"id": number, "answer": "problem", "text": " ".join(text.split())})
+    async def _problem(self, question: Question, text: str) -> None:
+        await self._answer(question, "problem", {"text": " ".join(text.split())})
+
+    async def _answer(self, question: Question, answer: str, header: Mapping[str, Any] | None = None,
+                      arrays: Mapping[str, np.ndarray] | None = None) -> None:
+        question.answered = True
+        await self._post({"id": question.number, "answer": answer, **(header or {})}, arrays)
 
     async def _post(self, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray] | None = None) -> None:
-        await self._send(wire.encode(header, arrays))
+        with contextlib.suppress(ConnectionError):  # nobody is there to be told
+            await self._send(wire.encode(header, arrays))
 
 
 def relative_error(values: np.ndarray, truth: np.ndarray) -> float:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
+from rom.interactive.policy import policy
 from rom.interactive.surface_model import HIGHEST_HZ, LOSS_FACTORS, compress, deviation, from_bytes, to_bytes
 from rom.metamodels.modal import ModalKrylov
 
@@ -21,12 +22,9 @@ ALLOWED_DEVIATION = 1e-3
 """From `modal-krylov`: relative, of the pad's field; a file that is off by more is not written."""
 SAMPLED_HZ = np.linspace(0.0, HIGHEST_HZ, 7)
 SAMPLED_LOSS = np.array([LOSS_FACTORS[0], 0.1, LOSS_FACTORS[1]])
-SCRIPTS = ("main", "body", "colours", "controls", "figures", "frf", "markers", "modal_engine", "numbers", "pad",
-           "saving", "shading", "state", "view", "wire")
-VENDORED = {"three": "three/three.module.min.js", "page/three.core.min.js": "three/three.core.min.js",
-            "three/addons/controls/OrbitControls.js": "three/OrbitControls.js", "uplot": "uplot/uPlot.min.js"}
 STYLES = ("vendor/uplot/uPlot.min.css", "style.css")
-_LOCAL_IMPORT = re.compile(r"""(from\s*|import\s*)(["'])\./([\w.]+)\2""")
+_IMPORT = re.compile(r"""(\b(?:from|import)\s*)(["'])([\w./]+)\2""")
+_IMPORT_MAP = re.compile(r'<script type="importmap">(.*?)</script>\n', re.DOTALL)
 
 BOOT = """
 const unpack = async id => {
@@ -35,14 +33,12 @@ const unpack = async id => {
   return new Response(whole).arrayBuffer();
 };
 (async () => {
-  const sources = JSON.parse(new TextDecoder().decode(await unpack("sources"))), imports = {};
-  for (const [name, text] of Object.entries(sources))
-    imports[name] = URL.createObjectURL(new Blob([text], {type: "text/javascript"}));
-  const map = document.createElement("script");
-  map.type = "importmap";
-  map.textContent = JSON.stringify({imports});
-  document.head.append(map);
-  const [{start}, {ModalEngine}] = await Promise.all([import("page/main.js"), import("page/modal_engine.js")]);
+  const urls = {};
+  for (const [name, text] of JSON.parse(new TextDecoder().decode(await unpack("modules")))) {
+    const linked = text.replace(/MODULE:([\\w.\\/]+)/g, (_, other) => urls[other]);
+    urls[name] = URL.createObjectURL(new Blob([linked], {type: "text/javascript"}));
+  }
+  const [{start}, {ModalEngine}] = await Promise.all([import(urls["main.js"]), import(urls["modal_engine.js"])]);
   await start(new ModalEngine(await unpack("model")));
 })().catch(error => {
   const hint = document.getElementById("hint");
@@ -117,22 +113,41 @@ def page_text(model: bytes) -> str:
     """The exported page around a packed model."""
     text = (PAGE / "index.html").read_text(encoding="utf-8")
     styles = "\n".join((PAGE / name).read_text(encoding="utf-8") for name in STYLES)
-    sources = {f"page/{name}.js": _source(PAGE / f"{name}.js") for name in SCRIPTS}
-    sources |= {name: _source(PAGE / "vendor" / file) for name, file in VENDORED.items()}
+    modules = [list(one) for one in _modules(text, "main.js", "modal_engine.js").items()]
     inside = (f"<style>\n{styles}\n</style>\n"
               f'<script type="text/plain" id="licences">\n{_licences()}\n</script>\n')
-    packed = (f'<script type="text/plain" id="sources">{_packed(json.dumps(sources).encode())}</script>\n'
+    packed = (f'<script type="text/plain" id="modules">{_packed(json.dumps(modules).encode())}</script>\n'
               f'<script type="text/plain" id="model">{_packed(model)}</script>\n<script>{BOOT}</script>\n')
     text = re.sub(r'<link rel="stylesheet"[^>]*>\n', "", text)
-    text = re.sub(r'<script type="importmap">.*?</script>\n', "", text, flags=re.DOTALL)
+    text = _IMPORT_MAP.sub("", text)
     text = re.sub(r'<script type="module"[^>]*></script>\n', lambda _: inside, text)
     text = text.replace("</body>", f"{packed}</body>")
+    own = policy(f"<style>\n{styles}\n</style><script>{BOOT}</script>", scripts=("blob:",), others=())
+    text = text.replace("<head>\n", f'<head>\n<meta http-equiv="Content-Security-Policy" content="{own}">\n', 1)
     return text.replace("<!DOCTYPE html>", f"<!DOCTYPE html>{MARK}", 1)
 
 
-def _source(path: Path) -> str:
-    """A module whose neighbours have bare names, which an import map can resolve."""
-    return _LOCAL_IMPORT.sub(lambda found: f'{found[1]}"page/{found[3]}"', path.read_text(encoding="utf-8"))
+def _modules(html: str, *names: str) -> dict[str, str]:
+    """Texts of modules and of all that they import, by name, each after those; imports are marked ``MODULE:name``."""
+    bare = json.loads(_IMPORT_MAP.search(html)[1])["imports"]  # type: ignore[index]
+    found: dict[str, str] = {}
+
+    def add(path: Path) -> str:
+        name = path.relative_to(PAGE).as_posix()
+        if name not in found:
+            found[name] = ""  # its own comments name it
+            text = path.read_text(encoding="utf-8")
+            text = _IMPORT.sub(lambda one: f'{one[1]}"MODULE:{add(of(one[3], path))}"', text)
+            del found[name]
+            found[name] = text
+        return name
+
+    def of(target: str, path: Path) -> Path:
+        return PAGE.parent / bare[target] if target in bare else path.parent / target
+
+    for name in names:
+        add(PAGE / name)
+    return found
 
 
 def _packed(data: bytes) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rom.fullorder.poles import operating_points
 from rom.metamodels.modal import ModalKrylov
 from rom.scenes import CaseArrays
 
@@ -23,13 +24,12 @@ def response_at(model: ModalKrylov, cases: CaseArrays, rows: np.ndarray) -> np.n
     -------
     (n_case, r) ndarray, complex [m]
     """
-    stiffness = (1.0 + 1j * cases.loss_factor)[:, None]
-    inertia = ((2.0 * np.pi * cases.frequency) ** 2)[:, None]
-    found = model.coordinates(cases) @ model._shapes.field[:, rows]
+    point = operating_points(cases.frequency, cases.loss_factor)
+    found = model.coordinates(cases) @ model.shapes.field[:, rows]
     for j in range(cases.node.shape[1]):
         node = cases.node[:, j]
-        own = model._own_coordinates(node, cases.force[:, j], stiffness, inertia)
-        vectors = model._own.field[node[:, None, None], np.arange(own.shape[1])[:, None], rows]
+        own = model.own_coordinates(node, cases.force[:, j], *point)
+        vectors = model.own_shapes.field[node[:, None, None], np.arange(own.shape[1])[:, None], rows]
         found += np.einsum("cp,cpr->cr", own, vectors)
     return found
 

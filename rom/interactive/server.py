@@ -1,32 +1,26 @@
-"""The page over HTTP and its socket, on loopback: the page's own files from a fixed list, and nothing else.
-
-A browser lets any page of the net send requests to loopback; hence the check of Host (against rebinding of names) and
-of Origin (against foreign pages) on every request.
-"""
+"""The page over HTTP and its socket, on loopback: the page's own files from a fixed list, and nothing else."""
 
 from __future__ import annotations
 
 import asyncio
-import base64
 import contextlib
 import errno
-import hashlib
-import ipaddress
 import logging
-import re
 import signal
 import socket
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
-from urllib.parse import urlsplit
+from typing import cast
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from rom.errors import RomError
 from rom.fullorder import blas_threads
 from rom.interactive.connection import Connection, Desk
+from rom.interactive.door import Door, Visitor, refusal, why_foreign
 from rom.interactive.download import FORMATS, field_file
 from rom.interactive.engine import Engine
+from rom.interactive.policy import policy
 from rom.interactive.state import from_query
 from rom.interactive.wire import LARGEST_REQUEST
 
@@ -36,8 +30,10 @@ PAGE = Path(__file__).parent / "page"
 MEDIA_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
                ".png": "image/png", ".json": "application/json", ".ico": "image/x-icon", ".md": "text/plain"}
 """Of the page's files; one of another ending is plain text."""
-LOOPBACK = ("localhost", "127.0.0.1", "::1")
-MOST_CONNECTIONS = 32
+MOST_PAGES, MOST_DOWNLOADS = 32, 4
+LONGEST_SENDING = 30.0
+"""Seconds that a browser gets to take an answer."""
+HEADERS = web.AppKey("headers", dict[str, str])
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
@@ -54,6 +50,7 @@ def make_application(engine: Engine, host: str = "127.0.0.1", folder: Path = PAG
     """
     site = Site(engine, host, folder)
     application = web.Application(middlewares=[site.guard], client_max_size=LARGEST_REQUEST)
+    application[HEADERS] = site.headers
     application.router.add_get("/", site.index)
     application.router.add_get("/page/{name:.+}", site.static)
     application.router.add_get("/save/{name}", site.save)
@@ -68,80 +65,54 @@ class Site:
     """Handlers of the application's routes; arguments as in `make_application`."""
 
     def __init__(self, engine: Engine, host: str, folder: Path) -> None:
-        self.engine, self.host = engine, host.lower()
+        self.engine, self.host = engine, host
         self.desk = Desk(engine)
         self.files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*"))
                       if path.is_file() and not path.is_symlink()}
         self.sockets: set[web.WebSocketResponse] = set()
-        self._headers = {
-            "Content-Security-Policy": self._policy(), "X-Content-Type-Options": "nosniff",
-            "X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache",
-            "Cross-Origin-Resource-Policy": "same-origin"}
+        self.downloads = 0
+        allowed = policy(self.files["index.html"].read_text(encoding="utf-8"), scripts=("'self'",), others=("'self'",))
+        self.headers = {
+            "Content-Security-Policy": f"{allowed}; frame-ancestors 'none'",
+            "X-Content-Type-Options": "nosniff", "X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer",
+            "Cache-Control": "no-cache", "Cross-Origin-Resource-Policy": "same-origin"}
 
     # ---- who may ask ----------------------------------------------------------------------------------------
 
     @web.middleware
     async def guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
         """Refuse foreign hosts and origins; turn what goes wrong into one sentence."""
-        if not self._is_ours(request.headers.get("Host", "")):
-            return self._refusal(403, "the Host of this request is not this server's: open the address that it printed")
-        origin = request.headers.get("Origin")
-        if origin is not None and not self._same_origin(origin, request.headers["Host"]):
-            return self._refusal(403, "another page may not talk to this server: open the address that it printed")
-        if request.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site") and request.path != "/":
-            return self._refusal(403, "another page may not talk to this server: open the address that it printed")
+        visitor = cast(Visitor, request.protocol)
+        visitor.work()
         try:
-            response = await handler(request)
+            response = await self._answer(request, handler)
+            if not response.prepared:
+                response.headers.update(self.headers)
+            async with asyncio.timeout(LONGEST_SENDING):
+                await response.prepare(request)
+                await response.write_eof()
+        except TimeoutError:
+            visitor.send_away()
+            raise ConnectionError from None
+        finally:
+            visitor.rest()
+        return response
+
+    async def _answer(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        reason = why_foreign(request, self.host)
+        if reason:
+            return refusal(403, f"{reason}: open the address that it printed", self.headers)
+        try:
+            return await handler(request)
         except web.HTTPException as error:
-            return self._refusal(error.status, f"{error.reason}: the page is at /")
+            return refusal(error.status, f"{error.reason}: the page is at /", self.headers)
         except (RomError, ValueError) as error:
-            return self._refusal(400, " ".join(str(error).split()))
-        except (asyncio.CancelledError, ConnectionError):
+            return refusal(400, " ".join(str(error).split()), self.headers)
+        except ConnectionError:
             raise
         except Exception:  # a fault of ours must not show its insides
             log.exception("a request could not be answered")
-            return self._refusal(500, "the server could not answer this: its log says why")
-        if not response.prepared:
-            response.headers.update(self._headers)
-        return response
-
-    def _is_ours(self, host: str) -> bool:
-        try:
-            name = urlsplit(f"//{host}").hostname or ""
-        except ValueError:
-            return False
-        if name in LOOPBACK or name == self.host:
-            return True
-        if self.host in ("0.0.0.0", "::"):  # every address of this machine was asked for; names can be rebound
-            with contextlib.suppress(ValueError):
-                ipaddress.ip_address(name)
-                return True
-            return name == socket.gethostname().lower()
-        return False
-
-    @staticmethod
-    def _same_origin(origin: str, host: str) -> bool:
-        try:
-            found = urlsplit(origin)
-        except ValueError:
-            return False
-        return found.scheme == "http" and found.netloc.lower() == host.lower()
-
-    def _refusal(self, status: int, text: str) -> web.Response:
-        return web.Response(status=status, text=f"{text}\n", headers=self._headers)
-
-    def _policy(self) -> str:
-        """Scripts from here alone, and those within the page by their digest."""
-        digests = []
-        if "index.html" in self.files:
-            text = self.files["index.html"].read_text(encoding="utf-8")
-            for script in re.findall(r"<script(?![^>]*\ssrc=)[^>]*>(.*?)</script>", text, re.DOTALL):
-                digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-                digests.append(f"'sha256-{digest}'")
-        return "; ".join([
-            "default-src 'none'", f"script-src {' '.join([chr(39) + 'self' + chr(39), *digests])}",
-            "style-src 'self' 'unsafe-inline'", "img-src 'self' data: blob:", "connect-src 'self'", "font-src 'self'",
-            "worker-src 'self' blob:", "base-uri 'none'", "form-action 'none'", "frame-ancestors 'none'"])
+            return refusal(500, "the server could not answer this: its log says why", self.headers)
 
     # ---- what can be asked for ------------------------------------------------------------------------------
 
@@ -168,15 +139,21 @@ class Site:
         if name not in FORMATS:
             raise web.HTTPNotFound
         state = from_query(request.rel_url.raw_query_string, self.engine.limits)
-        answer = await self.desk.answer(state)
-        content = await self.desk.run(self.desk.slow, field_file, self.engine, state, answer, name)
+        if self.downloads >= MOST_DOWNLOADS:
+            return refusal(503, f"{MOST_DOWNLOADS} files are being made already: ask again", self.headers)
+        self.downloads += 1
+        try:
+            answer = await self.desk.answer(state)
+            content = await self.desk.run(self.desk.slow, field_file, self.engine, state, answer, name)
+        finally:
+            self.downloads -= 1
         return web.Response(body=content, content_type=FORMATS[name],
                             headers={"Content-Disposition": f'attachment; filename="fingertip-{name}"'})
 
     async def socket(self, request: web.Request) -> web.StreamResponse:
         """A browser's connection."""
-        if len(self.sockets) >= MOST_CONNECTIONS:
-            return self._refusal(503, f"{MOST_CONNECTIONS} pages are open already: close one")
+        if len(self.sockets) >= MOST_PAGES:
+            return refusal(503, f"{MOST_PAGES} pages are open already: close one", self.headers)
         # compression costs more time than loopback
         ws = web.WebSocketResponse(max_msg_size=LARGEST_REQUEST, compress=False, heartbeat=30.0)
         await ws.prepare(request)
@@ -188,8 +165,7 @@ class Site:
                     await connection.take(message.data)
                 else:
                     await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"requests are JSON text")
-        except ConnectionError:
-            pass
+                await asyncio.sleep(0)  # whoever sends without a pause lets others have their turn
         finally:
             self.sockets.discard(ws)
             await connection.close()
@@ -262,11 +238,21 @@ async def _serve(application: web.Application, bound: socket.socket, ready: Call
     for name in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError):  # Windows: KeyboardInterrupt ends asyncio.run there
             loop.add_signal_handler(name, ended.set)
-    runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0)
-    await runner.setup()
-    try:
-        await web.SockSite(runner, bound).start()
+    async with opened(application, bound):
         ready()
         await ended.wait()
+
+
+@contextlib.asynccontextmanager
+async def opened(application: web.Application, bound: socket.socket) -> AsyncIterator[Door]:
+    """Let visitors in while the context lasts."""
+    runner = web.AppRunner(application, shutdown_timeout=1.0, handler_cancellation=True)
+    await runner.setup()
+    door = Door(cast(web.Server, runner.server), application[HEADERS])
+    accepting = asyncio.create_task(door.accept(bound))
+    try:
+        yield door
     finally:
+        accepting.cancel()
+        await asyncio.wait([accepting])
         await runner.cleanup()

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 
-from rom.checks import shown
+from rom.checks import choice, real_number, shown, whole_number
 from rom.fingertip import Fingertip
 from rom.fingertip.mesh import MILLIMETRE
-from rom.metamodels.registry import METHODS
+from rom.metamodels import method_names
 
 QUANTITIES = ("magnitude", "x", "y", "z", "normal", "phase", "strain")
 MOST_FORCES = 3
@@ -29,7 +29,6 @@ DEFAULT_METHOD, DEFAULT_QUANTITY = "modal-krylov", "magnitude"
 AXES = ("x", "y", "z")
 PAGE_KEYS = ("view", "scale", "side", "click", "selected")
 """Keys of an address that are the page's own; their text is looked at no further than its letters."""
-MEMBERS = ("forces", "frequency", "loss_factor", "method", "quantity", "cut", "probe")
 _KEYS = {"forces": "forces", "f": "frequency", "eta": "loss_factor", "method": "method", "quantity": "quantity",
          "cut": "cut", "probe": "probe"}
 _PAGE_TEXT = re.compile(r"[\w.,:;+*/-]{0,200}", re.ASCII)
@@ -104,9 +103,7 @@ class State:
 
     def to_json(self) -> dict[str, Any]:
         """JSON-able; the inverse of :func:`from_json`."""
-        return {"forces": [list(force) for force in self.forces], "frequency": self.frequency,
-                "loss_factor": self.loss_factor, "method": self.method, "quantity": self.quantity,
-                "cut": None if self.cut is None else list(self.cut), "probe": self.probe}
+        return asdict(self)
 
     def to_query(self) -> str:
         """Query string without the question mark; the inverse of :func:`from_query`, to the last bit."""
@@ -116,6 +113,9 @@ class State:
         if self.probe is not None:
             words["probe"] = str(self.probe)
         return urlencode(words, safe=":,")
+
+
+MEMBERS = tuple(one.name for one in fields(State))
 
 
 def from_json(record: Any, limits: Limits) -> State:
@@ -140,20 +140,17 @@ def from_json(record: Any, limits: Limits) -> State:
     forces = record.get("forces", [[limits.pad_center, DEFAULT_AMPLITUDE]])
     if not isinstance(forces, (list, tuple)) or not 1 <= len(forces) <= MOST_FORCES:
         raise ValueError(f"the forces are {shown(forces)}: give one to {MOST_FORCES} pairs of a pad node and newtons")
-    method = record.get("method", DEFAULT_METHOD)
-    if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"{shown(method)} is no method: choose one of {', '.join(METHODS)}")
-    quantity = record.get("quantity", DEFAULT_QUANTITY)
-    if not isinstance(quantity, str) or quantity not in QUANTITIES:
-        raise ValueError(f"{shown(quantity)} is no quantity: choose one of {', '.join(QUANTITIES)}")
     found = tuple(_force(one, limits) for one in forces)
     nodes = [node for node, _ in found]
     for node in set(nodes):
         if nodes.count(node) > 1:
             raise ValueError(f"node {node} carries more than one force: add their amplitudes")
-    return State(found, _number("the frequency", record.get("frequency", 0.0), *FREQUENCY, "Hz"),
-                 _number("the loss factor", record.get("loss_factor", DEFAULT_LOSS_FACTOR), *LOSS_FACTOR, ""),
-                 method, quantity, _cut(record.get("cut"), limits), probe_node(record.get("probe"), limits))
+    return State(
+        found, _number("frequency", record.get("frequency", 0.0), FREQUENCY, "Hz"),
+        _number("loss_factor", record.get("loss_factor", DEFAULT_LOSS_FACTOR), LOSS_FACTOR),
+        choice("method", record.get("method", DEFAULT_METHOD), method_names()),
+        choice("quantity", record.get("quantity", DEFAULT_QUANTITY), QUANTITIES),
+        _cut(record.get("cut"), limits), probe_node(record.get("probe"), limits))
 
 
 def from_query(query: str, limits: Limits) -> State:
@@ -189,35 +186,29 @@ def probe_node(value: Any, limits: Limits) -> int | None:
     """A node of the surface, or None; ValueError for anything else."""
     if value is None:
         return None
-    return _node("the probe", value, limits.surface_nodes, "is not on the surface: choose a vertex of the picture")
+    return _node("probe", value, limits.surface_nodes, "is not on the surface: choose a vertex of the picture")
 
 
 def _force(pair: Any, limits: Limits) -> tuple[int, float]:
     if not isinstance(pair, (list, tuple)) or len(pair) != 2:
         raise ValueError(f"a force is {shown(pair)}: give a pad node and its amplitude in newtons")
-    node = _node("a force's node", pair[0], limits.pad_nodes,
+    node = _node("node", pair[0], limits.pad_nodes,
                  f"cannot carry a force: only the {len(limits.pad_nodes)} nodes of the pad can")
-    amplitude = _number("a force", pair[1], -AMPLITUDE[1], AMPLITUDE[1], "N")
+    amplitude = _number("force", pair[1], (-AMPLITUDE[1], AMPLITUDE[1]), "N")
     if abs(amplitude) < AMPLITUDE[0]:
-        raise ValueError(f"a force is {amplitude:g} N: its magnitude must be {AMPLITUDE[0]:g} to {AMPLITUDE[1]:g} N")
+        raise ValueError(f"force={amplitude:g} N cannot be: its magnitude must be {AMPLITUDE[0]:g} to {AMPLITUDE[1]:g}")
     return node, amplitude
 
 
 def _node(name: str, value: Any, allowed: frozenset[int], rule: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"{name} is {shown(value)}: it must be a whole number")
-    if value not in allowed:
-        raise ValueError(f"node {shown(value)} {rule}")
-    return value
+    node = whole_number(name, value, 0)
+    if node not in allowed:
+        raise ValueError(f"node {shown(node)} {rule}")
+    return node
 
 
-def _number(name: str, value: Any, low: float, high: float, unit: str) -> float:
-    rule = f"it must be a number from {low:g} to {high:g} {unit}".rstrip()
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{name} is {shown(value)}: {rule}")
-    if not low <= value <= high:  # NaN too
-        raise ValueError(f"{name} is {shown(value)}: {rule}")
-    return float(value) + 0.0  # no negative zero
+def _number(name: str, value: Any, limits: tuple[float, float], unit: str = "") -> float:
+    return real_number(name, value, *limits, unit=unit) + 0.0  # no negative zero
 
 
 def _cut(value: Any, limits: Limits) -> tuple[str, float] | None:
@@ -225,7 +216,7 @@ def _cut(value: Any, limits: Limits) -> tuple[str, float] | None:
         return None
     if not isinstance(value, (list, tuple)) or len(value) != 2 or value[0] not in AXES:
         raise ValueError(f"the cut is {shown(value)}: give an axis (x, y or z) and a position in mm, or none")
-    return str(value[0]), _number(f"the cut along {value[0]}", value[1], *limits.extent[value[0]], "mm")
+    return str(value[0]), _number(f"cut along {value[0]}", value[1], limits.extent[value[0]], "mm")
 
 
 def _parse_forces(_: str, text: str) -> list[list[float]]:

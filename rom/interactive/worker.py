@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import signal
+import threading
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
@@ -23,6 +24,7 @@ from rom.errors import SolverError
 from rom.fingertip import Fingertip
 from rom.fullorder import IllConditionedWarning
 from rom.scenes import CaseArrays, scene_from_json
+from rom.scenes.fingertip_scene import fingertip_of
 
 PATIENCE = 5.0
 """Seconds that a killed process gets to vanish."""
@@ -59,22 +61,20 @@ class Worker:
     """The process and the queue before it; used from one event loop."""
 
     def __init__(self) -> None:
-        self._context = multiprocessing.get_context("spawn")
-        self._process: BaseProcess | None = None
-        self._pipe: Connection | None = None
         self._turn = asyncio.Lock()
-        self._ending = False
-        self._waiting = ThreadPoolExecutor(1, thread_name_prefix="worker")
+        self._process = _Process()
+        self._threads = ThreadPoolExecutor(1, thread_name_prefix="worker")
 
     @property
     def process_id(self) -> int | None:
         """Of the running process; None where there is none."""
-        return None if self._process is None else self._process.pid
+        return self._process.process_id
 
     async def solve(self, job: Job) -> Solution:
         """The solution of a job's case.
 
-        Cancelling the task that awaits this ends the solve at once.
+        While it lasts, the process belongs to the task that awaits this; cancelling that task ends the process, and
+        whoever comes next gets another.
 
         Raises
         ------
@@ -82,58 +82,70 @@ class Worker:
             Where there is no answer, or the process died.
         """
         async with self._turn:
-            self._ending = False
-            asked = asyncio.get_running_loop().run_in_executor(self._waiting, self._ask, job)
             try:
-                found = await asyncio.shield(asked)
-            except asyncio.CancelledError:
-                self._kill()
-                await asyncio.wait([asked])
-                asked.exception()  # seen, and of no interest
-                self._forget()
+                found = await asyncio.get_running_loop().run_in_executor(self._threads, self._process.ask, job)
+            except BaseException as error:
+                self._drop()  # awaits nothing, so that no second cancellation can interrupt it
+                if isinstance(error, (EOFError, OSError)):
+                    raise SolverError("the process that solves directly has ended: ask again, it starts anew"
+                                      ) from error
                 raise
-            except (EOFError, OSError) as error:
-                self._kill()
-                self._forget()
-                raise SolverError("the process that solves directly has ended: ask again, it starts anew") from error
         if isinstance(found, str):
             raise SolverError(found)
         return found
 
     def close(self) -> None:
-        """End the process."""
-        self._kill()
-        self._forget()
-        self._waiting.shutdown(wait=False, cancel_futures=True)
+        """End the process and wait until it is gone."""
+        self._drop()
+        self._threads.shutdown()
 
-    def _ask(self, job: Job) -> Any:
-        if self._process is None or not self._process.is_alive():
-            self._start()
-        pipe = self._pipe
-        if pipe is None or self._ending:  # ended while it was starting
-            self._kill()
-            raise EOFError
-        pipe.send(job)
-        return pipe.recv()
+    def _drop(self) -> None:
+        process, self._process = self._process, _Process()
+        process.end()
+        self._threads.submit(process.reap)  # after the question that it leaves open, before the next one's
 
-    def _start(self) -> None:
-        ours, theirs = self._context.Pipe()
-        process = self._context.Process(target=_serve, args=(theirs,), name="rom-direct", daemon=True)
-        self._pipe, self._process = ours, process
-        process.start()
-        theirs.close()
 
-    def _kill(self) -> None:
-        self._ending = True
-        if self._process is not None and self._process.pid is not None:
-            self._process.kill()
+class _Process:
+    """One process and its pipe: asked by one thread at a time, ended from any."""
 
-    def _forget(self) -> None:
-        process, pipe, self._process, self._pipe = self._process, self._pipe, None, None
-        if process is not None and process.pid is not None:
-            process.join(PATIENCE)
-        if pipe is not None:
-            pipe.close()
+    def __init__(self) -> None:
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self._ended = False
+        self._starting = threading.Lock()
+
+    @property
+    def process_id(self) -> int | None:
+        return None if self._process is None else self._process.pid
+
+    def ask(self, job: Job) -> Any:
+        """What `_solve` finds; EOFError or OSError where the process is not, or no longer, there."""
+        with self._starting:
+            if self._ended:
+                raise EOFError
+            if self._pipe is None:
+                context = multiprocessing.get_context("spawn")
+                self._pipe, theirs = context.Pipe()
+                process = context.Process(target=_serve, args=(theirs,), name="rom-direct", daemon=True)
+                process.start()
+                theirs.close()
+                self._process = process
+        self._pipe.send(job)
+        return self._pipe.recv()
+
+    def end(self) -> None:
+        """Kill it, whatever it does; it is never asked again."""
+        with self._starting:
+            self._ended = True
+            if self._process is not None:
+                self._process.kill()
+
+    def reap(self) -> None:
+        """Leave nothing of an ended process behind."""
+        if self._process is not None:
+            self._process.join(PATIENCE)
+        if self._pipe is not None:
+            self._pipe.close()
 
 
 def _serve(pipe: Connection) -> None:
@@ -164,7 +176,7 @@ def _solve(job: Job, models: dict[tuple[str, str], Any], tips: dict[str, Fingert
     if key not in models:
         scene = scene_from_json(job.scene)
         # both scenes share one fingertip and its matrices
-        tip = tips.setdefault(scene.fingertip.content_hash, scene.fingertip)
+        tip = tips.setdefault(scene.content_hash, fingertip_of(scene))
         models[key] = create(job.method, get_scene(scene.name, tip), **job.settings).fit()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

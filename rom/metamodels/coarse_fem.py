@@ -17,8 +17,9 @@ from rom.checks import real_number
 from rom.fullorder import SecondOrderModel
 from rom.metamodels.basis import room
 from rom.metamodels.direct import factor_bytes
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Curve, Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, LinearScene, Scene
 
 

@@ -16,9 +16,10 @@ import xarray as xr
 
 from rom.fullorder import IllConditionedWarning, SecondOrderModel
 from rom.metamodels.basis import room
+from rom.metamodels.facts import Needs
 from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Metamodel, Needs
-from rom.metamodels.residual_bound import energy_norms, residual_bound
+from rom.metamodels.metamodel import Metamodel
+from rom.metamodels.residual_bound import residual_bound
 from rom.metamodels.validity import Assessment
 from rom.scenes import CaseArrays, LinearScene, Scene
 
@@ -32,6 +33,7 @@ class Direct(Metamodel):
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "factorises and solves the full finite-element model for each case, symbolic phase reused"
     colour: ClassVar[str] = "#000000"
+    full_order: ClassVar[bool] = True
     slow: ClassVar[int] = 32
     keeps_factor: ClassVar[bool] = False
     _model: SecondOrderModel
@@ -117,7 +119,8 @@ class Direct(Metamodel):
         factor = self._model.harmonic_factorization(float(block.frequency[0]), float(block.loss_factor[0])) \
             if self.scene.harmonic else self._model.static_factorization
         step = factor.solve(residual)
-        miss, size = (energy_norms(part, self._model.stiffness) for part in (step, field + step))
+        energy = residual_bound(self.scene).energy
+        miss, size = energy.norms(step.T)[1], energy.norms((field + step).T)[0]
         return np.divide(miss, size, out=np.where(miss == 0.0, 0.0, np.inf), where=size > 0)
 
     @staticmethod

@@ -18,8 +18,9 @@ import numpy as np
 import xarray as xr
 
 from rom.metamodels.basis import Basis, check_precision, combine
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_harmonic
-from rom.metamodels.metamodel import Curve, Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.modal import ModalKrylov
 from rom.metamodels.stored import Stored
 from rom.metamodels.validity import joined

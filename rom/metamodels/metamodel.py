@@ -8,48 +8,29 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import NotFittedError, SchemaError
+from rom.metamodels.facts import Curve, Needs
+from rom.metamodels.model_files import check_fitted_scene, check_method, scene_attributes
 from rom.metamodels.stored import Stored, from_dataset, to_dataset
 from rom.metamodels.trained import TrainedRange
 from rom.metamodels.validity import Assessment, ValidityWarning, check_tolerance, joined, warning_text
 from rom.provenance import stamp
 from rom.scenes import Scene, scene_from_json
 
-MODEL_VERSION = "1.0"
-
-
-class Curve(NamedTuple):
-    """Settings of one method in a comparison, and which of them is its headline: what speaks for it in tables."""
-
-    settings: tuple[dict[str, Any], ...] = ({},)
-    headline: int = -1
-
-
-class Needs(NamedTuple):
-    """What a method asks of the full-order model in `fit` and in its first answer."""
-
-    stiffness: bool = True
-    solves: bool = False
-    """Whether it solves the scene's own equation, real or complex as the scene is."""
-    modes: bool = False
-    responses: bool = False
-    """Whether static responses of the unit loads are computed."""
-    other_mesh: bool = False
-    network: bool = False
-    regression: bool = False
-
 
 class Metamodel(ABC):
     """A method that answers the cases of a scene.
 
-    A method of one's own gives `name`, `summary`, `_fit`, `_evaluate`, and in :attr:`stored` what a file must hold.
+    A method of one's own gives `name`, `summary`, `_fit`, `_evaluate`, and in :attr:`stored` what a file must hold
+    (:mod:`rom.metamodels.stored` shows one).
 
     Parameters
     ----------
@@ -71,6 +52,8 @@ class Metamodel(ABC):
     """Whether it needs snapshots; if not, `fit` accepts None and looks at the full-order model alone."""
     seeded: ClassVar[bool] = False
     """Whether it takes a setting ``seed`` on which its weights hang."""
+    full_order: ClassVar[bool] = False
+    """Whether it solves the full-order model itself: what speed-ups are quoted against."""
     slow: ClassVar[int] = 1
     """One held-out case in so many is answered in a comparison, where each takes as long as the truth."""
     colour: ClassVar[str] = "#7f7f7f"
@@ -140,7 +123,7 @@ class Metamodel(ABC):
             if train is None:
                 raise ValueError(f"{self.name} learns from snapshots: give fit() a training dataset")
             self.scene.check_origin(train, "the training dataset")
-            train = self.scene.complete(train)
+            train = self.scene.complete(self.scene.in_order(train, "the training dataset"))
             self.trained = TrainedRange.of(self.scene, self.scene.read(train))
         self.borrowed_seconds = 0.0
         self._fit(train)  # type: ignore[arg-type]  # None reaches only the methods that look at the model alone
@@ -190,9 +173,9 @@ class Metamodel(ABC):
                 values, found = self._answer(arrays)
                 kind, extra = np.full(len(arrays), found.kind), self.indicators(arrays)
             else:
-                from rom.metamodels.registry import answer_within
-
-                values, found, kind, answered_by = answer_within(self, arrays, tolerance)
+                # stands above the methods, since it chooses among them
+                within = import_module("rom.solving").answer_within
+                values, found, kind, answered_by = within(self, arrays, tolerance)
                 extra = {}
         extra = {**extra, **self.scene.check_answers(arrays, values, self.name)}
         for doubt in self.scene.doubts:
@@ -346,39 +329,25 @@ class Metamodel(ABC):
             raise SchemaError(f"{path} is incomplete or damaged ({reason}): fit the metamodel again") from error
         return model
 
-    def _restored(self, data: xr.Dataset) -> None:
+    def _restored(self, data: xr.Dataset) -> None:  # noqa: B027  # most methods need nothing beside their arrays
         """Make what answering needs of the attributes that were read."""
 
     def _file_attributes(self) -> dict[str, Any]:
-        return {"model_version": MODEL_VERSION, "method": self.name, "settings": json.dumps(self.settings),
-                "scene_parameters": self.scene.to_json(), "scene_hash": self.scene.content_hash,
-                "mesh_hash": self.scene.mesh_hash, "offline_seconds": self.offline_seconds,
+        return {**scene_attributes(self.scene), "method": self.name, "settings": json.dumps(self.settings),
+                "offline_seconds": self.offline_seconds,
                 "trained": json.dumps(self.trained and self.trained.to_dict()), **stamp()}
 
     @classmethod
     def _from_attributes(cls, attributes: Mapping[str, Any], path: str | Path, scene: Scene | None) -> Self:
-        if attributes.get("method") != cls.name:
-            raise SchemaError(f"{path} holds {attributes.get('method')!r}, not {cls.name!r}: "
-                              "load it with its own class")
-        if attributes.get("model_version") != MODEL_VERSION:
-            raise SchemaError(f"{path} has model version {attributes.get('model_version')}, this software reads "
-                              f"{MODEL_VERSION}: fit the metamodel again")
+        """A model that is not fitted yet, with the settings and ranges that a file's attributes tell."""
+        check_method(attributes, cls.name, path)
         scene = scene or scene_from_json(attributes["scene_parameters"])
-        fitted = json.loads(attributes["scene_parameters"])["scene"]
-        if fitted != scene.name:
-            raise SchemaError(f"{path} was fitted to the scene {fitted!r}, not to {scene.name!r}: give its own scene")
-        if attributes["scene_hash"] != scene.content_hash or attributes.get(
-                "mesh_hash", scene.mesh_hash) != scene.mesh_hash:
-            raise SchemaError(f"{path} belongs to another body or mesh, or to other loads "
-                              f"({str(attributes['scene_hash'])[:12]} instead of {scene.content_hash[:12]}): "
-                              "fit the metamodel for this one")
+        check_fitted_scene(attributes, scene, path)
         model = cls(scene, **json.loads(attributes["settings"]))
         model.offline_seconds = float(attributes["offline_seconds"])
         trained = json.loads(attributes.get("trained", "null"))
         model.trained = None if trained is None else TrainedRange.from_dict(trained)
         return model
-
-    # ---- what each method writes ----------------------------------------------------------------------------
 
     @property
     def model_bytes(self) -> int:

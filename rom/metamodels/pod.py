@@ -10,9 +10,11 @@ import numpy as np
 import scipy.linalg as sla
 import xarray as xr
 
+from rom.fullorder.poles import Poles, operating_points
 from rom.metamodels.basis import Basis, check_precision, combine
-from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.facts import Curve
+from rom.metamodels.linear import not_linear, within
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod_space import PodSpace, pod
 from rom.metamodels.stored import Stored
 from rom.scenes import CaseArrays, LinearScene, Scene
@@ -71,14 +73,15 @@ class PodGalerkin(Metamodel):
 
     @classmethod
     def curve(cls, scene: Scene) -> Curve:
-        if scene.harmonic:
-            ranks = [{"rank": rank, "precision": "float32"} for rank in (100, 200, 300, 400, 500)]
-            return Curve((*ranks, {}), headline=len(ranks) - 1)
-        return Curve(({"rank": 60}, {"rank": 120}, {"rank": 200}, {"rank": None}))
+        if not scene.harmonic:
+            return Curve(({"rank": 60}, {"rank": 120}, {"rank": 200}, {"rank": None}))
+        ranks = [rank for rank in (100, 200, 300, 400, 500) if rank == within(scene, rank)]
+        return Curve(tuple({"rank": rank, "precision": "float32"} for rank in ranks) or ({},))
 
     @classmethod
     def quick_curve(cls, scene: Scene) -> Curve:
-        return Curve(({"rank": 20}, {"rank": 60}) if scene.harmonic else ({"rank": 10}, {"rank": None}))
+        return Curve(tuple({"rank": rank} for rank in (20, 60) if rank == within(scene, rank)) or ({},)
+                     if scene.harmonic else ({"rank": 10}, {"rank": None}))
 
     @property
     def model_bytes(self) -> int:
@@ -109,8 +112,7 @@ class PodGalerkin(Metamodel):
         load = np.einsum("cf,cfk->ck", cases.force, self.participation[cases.node])
         if not self.scene.harmonic:
             return load
-        omega = 2.0 * np.pi * cases.frequency
-        return load / ((1.0 + 1j * cases.loss_factor)[:, None] * self.eigenvalue - (omega * omega)[:, None])
+        return Poles.of_modes(self.eigenvalue).at(load, *operating_points(cases.frequency, cases.loss_factor))
 
     def _evaluate(self, cases: CaseArrays, outputs: str, out: np.ndarray | None) -> np.ndarray:
         return combine(self.coordinates(cases), self._basis.rows(outputs), out)

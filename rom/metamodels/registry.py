@@ -14,9 +14,10 @@ from typing import Any
 
 from rom.checks import shown
 from rom.datasets.storage import open_netcdf
+from rom.datasets.tensors import read_attributes
 from rom.errors import SchemaError
 from rom.metamodels.metamodel import Metamodel
-from rom.scenes import Scene
+from rom.scenes import Scene, scene_from_json
 
 METHODS: dict[str, tuple[str, ...]] = {
     "direct": ("rom.metamodels.direct:Direct", "rom.metamodels.finger_on_glass.direct:PathDirect"),
@@ -142,11 +143,7 @@ def load(path: str | Path, scene: Scene | None = None) -> Any:
     SchemaError
         Where the file is damaged, foreign or of another mesh.
     """
-    from rom.scenes import scene_from_json
-
     if Path(path).suffix == ".safetensors":
-        from rom.metamodels.networks.files import read_attributes
-
         attributes = read_attributes(path)
     else:
         with open_netcdf(path) as data:
@@ -161,8 +158,3 @@ def load(path: str | Path, scene: Scene | None = None) -> Any:
     kinds = metamodel_classes(name)
     fitting = [kind for kind in kinds if kind.why_not(scene) is None]
     return (fitting or kinds)[0].load(path, scene)
-
-
-def answer_within(*arguments: Any) -> Any:
-    """:func:`rom.solving.answer_within`, which stands above the methods: it chooses among them."""
-    return import_module("rom.solving").answer_within(*arguments)

@@ -16,8 +16,9 @@ import xarray as xr
 
 from rom.datasets.splits import carve_validation
 from rom.metamodels.basis import Basis, check_precision, combine
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Curve, Metamodel, Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod import pod_of
 from rom.metamodels.regressors import REGRESSORS, Regressor
 from rom.metamodels.stored import Stored

@@ -1,18 +1,18 @@
-"""A bound of any answer's error from its residual: the modal split.
+"""A proven bound of any answer's error from its residual: theorems 1 and 2 of :mod:`rom.metamodels.bounds`.
 
-The residual r = f - Z u_hat of an answer, wherever it comes from, makes an error e = Z^-1 r. With natural modes
-(lambda_k, phi_k), k <= m, its part in their span is exact,
+The residual r = f - Z u_hat of an answer, wherever it comes from, makes an error e = Z^-1 r. With the scene's modes
+its part in their span is known but for their defects: with s = X^T r and q_k = s_k / (c theta_k - w),
 
-    e_m = sum phi_k c_k,    c_k = phi_k^T r / (lambda_k (1 + i eta) - omega^2),
+    e = X q + e',    Z e' = r - M X s - c D q =: r'.
 
-and the rest is bounded by the residual r' = r - sum M phi_k phi_k^T r that is orthogonal to them,
+Theorem 2 bounds e' by ``||r'||*``, which takes one static solve; along the modes r' is only what they lack of
+orthogonality. The true answer u = u_hat + X q + e' splits alike: with e' = X a + v and u_hat + X q = X b + y (X^T K y
+= 0),
 
-    ||e - e_m||_K <= a ||r'||_(K^-1),    a = max_(k > m) lambda_k / |lambda_k (1 + i eta) - omega^2|,
+    ||e||^2 <= (||X q|| + ||X a||)^2 + ||v||^2,    ||u||^2 >= (||X b|| - ||X a||)^2 + (||y|| - ||v||)^2,
 
-rigorous since a Sturm count proves that no mode below lambda_(m+1) is missing; the K^-1 norm takes one static solve.
-The true answer is u = (u_hat + e_m) + (e - e_m), known in the modes' span, which turns the bound into a relative one.
-In statics the same solve gives e itself. Without modes (m = 0) the amplification is at most 1 / eta, attained where
-omega^2 / lambda_k = 1.
+which makes the bound relative. In statics the solve gives e itself. Residuals are summed in extended precision where
+answers are good, and what their rounding may hide is added (:mod:`rom.fullorder.energy_norm`).
 """
 
 from __future__ import annotations
@@ -21,10 +21,13 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-import scipy.sparse as sp
 
 from rom.fullorder import Modes, SecondOrderModel
-from rom.metamodels.certificate import amplification_beyond, amplification_of, mode_defect
+from rom.fullorder.energy_norm import SUMS, UNIT, EnergyNorm, gamma, unit_roundoff
+from rom.fullorder.poles import Poles, operating_points
+from rom.metamodels.bounds import split_error
+from rom.metamodels.mode_split import STEPS, ModeSplit
+from rom.relative import relative
 from rom.scenes import CaseArrays, LinearScene
 
 MODES = 40
@@ -33,8 +36,6 @@ BLOCK = 64
 """Cases assessed at once: right-hand sides of one static solve."""
 ROUGH = 1e-4
 """Error above which residuals in double precision are good enough: their rounding is about 1e-9 of the answer."""
-SOLVE_SAFETY = 1e-6
-"""Allowance, relative, for the rounding of the static solves in the norms they give."""
 
 
 def residual_bound(scene: LinearScene) -> ResidualBound:
@@ -56,65 +57,48 @@ class ResidualBound:
         return self.scene.model
 
     @cached_property
+    def energy(self) -> EnergyNorm:
+        """Norms of the model, rounding included."""
+        return EnergyNorm(self.model)
+
+    @cached_property
     def modes(self) -> Modes:
         """The modes of the split."""
-        return self.model.natural_modes(count=min(MODES, self.model.n // 4))
+        return self.model.natural_modes(count=max(1, min(MODES, self.model.n // 4)))
+
+    @cached_property
+    def split(self) -> ModeSplit:
+        """What is known of their quality."""
+        return ModeSplit.of(self.energy, self.modes)
+
+    @property
+    def has_modes(self) -> bool:
+        """Whether the modes are there already."""
+        return "modes" in self.__dict__
 
     @cached_property
     def _mass_shape(self) -> np.ndarray:
         return self.model.mass @ self.modes.shape
 
     @cached_property
-    def _defect(self) -> np.ndarray:
-        return mode_defect(self.model, self.modes)
-
-    @cached_property
-    def _long(self) -> list[sp.csr_array]:
-        """K, and M where there is one, in extended precision (double where the machine has none)."""
-        return [matrix.astype(np.longdouble) for matrix in self._matrices(float)]
-
-    def _matrices(self, kind: type) -> list[sp.csr_array]:
-        if kind is not float:
-            return self._long
-        return [self.model.stiffness] + ([self.model.mass] if self.scene.harmonic else [])
-
-    def rounding(self, kind: type = np.longdouble) -> float:
-        """What rounding of the residual may add to the relative error in the energy norm, resonance aside.
-
-        Unit roundoff of its sums times the condition number of K.
-        """
-        return float(np.finfo(kind).eps) * self._condition
-
-    @cached_property
-    def _condition(self) -> float:
-        largest = float(abs(self.model.stiffness).sum(axis=1).max())
-        return largest / self._smallest
-
-    @cached_property
-    def _smallest(self) -> float:
-        """Smallest eigenvalue of K [N/m], on the safe side."""
-        vector = np.random.default_rng(0).standard_normal(self.model.n)
-        for _ in range(6):
-            vector = self.model.solve_static(vector / np.linalg.norm(vector))
-        return float(0.5 / np.linalg.norm(vector))  # a Rayleigh quotient comes from above: half of it is safe
-
-    @cached_property
-    def _load_size(self) -> np.ndarray:
-        """(n_load,) ndarray [J^1/2 N^-1]: ``||b||_(K^-1)`` of each unit load at most, whatever its entries' signs."""
-        return np.linalg.norm(self.scene.unit_loads, axis=0) / np.sqrt(self._smallest)
+    def load_size(self) -> np.ndarray:
+        """(n_load,) ndarray [J^1/2 N^-1]: bound of ``||b||*`` of each unit load."""
+        return self.energy.plain_dual(np.ascontiguousarray(self.scene.unit_loads.T))
 
     def load_rounding(self, cases: CaseArrays) -> np.ndarray:
         """What summing the load in double precision may change of the answer, resonance aside.
 
-        The load differs from the sum of its forces by ``|df| <= (q + 1) u sum |F_j b_j|`` for q forces, which moves
-        the static answer by ``||df||_(K^-1)``. Forces that nearly cancel leave it as large as each of them makes it.
+        The load differs from the sum of its forces by ``|df| <= (q + 3) u sum |F_j b_j|`` for q forces. Forces that
+        nearly cancel leave it as large as each of them makes it.
 
         Returns
         -------
         (n_case,) ndarray [J^1/2]
         """
-        terms = (cases.node.shape[1] + 1) * 2.0 ** -53
-        return terms * np.einsum("cf,cf->c", np.abs(cases.force), self._load_size[cases.node])
+        return (cases.node.shape[1] + 3) * UNIT * self._whole_load(cases)
+
+    def _whole_load(self, cases: CaseArrays) -> np.ndarray:
+        return np.einsum("cf,cf->c", np.abs(cases.force), self.load_size[cases.node])
 
     def residuals(self, cases: CaseArrays, values: np.ndarray, kind: type = np.longdouble) -> np.ndarray:
         """f - Z u_hat, summed in extended precision, rounded once.
@@ -130,21 +114,38 @@ class ResidualBound:
         -------
         (n_free, n_case) ndarray [N]
         """
-        field = values.T
+        field, matrices = values.T, self.energy.matrices(kind)
+        force = self.scene.force_vectors(cases)
         if not self.scene.harmonic:
-            product = self._matrices(kind)[0] @ np.ascontiguousarray(field, dtype=kind)
-            return np.asarray(self.scene.force_vectors(cases) - product, dtype=float)
-        stiff, inert = self._matrices(kind)
+            return np.asarray(force - matrices[0] @ np.ascontiguousarray(field, dtype=kind), dtype=float)
         one = kind(1.0)
         inertia = (2.0 * np.pi * cases.frequency) ** 2 * one
         eta = cases.loss_factor * one
         real: np.ndarray = np.ascontiguousarray(field.real, dtype=kind)
         imag: np.ndarray = np.ascontiguousarray(field.imag, dtype=kind)
-        k_real, k_imag = stiff @ real, stiff @ imag
-        force = self.scene.force_vectors(cases)
-        left_real = force.real - (k_real - eta * k_imag - inertia * (inert @ real))
-        left_imag = force.imag - (k_imag + eta * k_real - inertia * (inert @ imag))
+        k_real, k_imag = (matrices[0] @ part for part in (real, imag))
+        left_real = force.real - (k_real - eta * k_imag - inertia * (matrices[1] @ real))
+        left_imag = force.imag - (k_imag + eta * k_real - inertia * (matrices[1] @ imag))
+        if self.model.loss_stiffness is not None:
+            lossy = self.model.loss_stiffness.astype(kind)
+            left_real, left_imag = left_real + lossy @ imag, left_imag - lossy @ real
         return left_real.astype(float) + 1j * left_imag.astype(float)
+
+    def _residual_rounding(self, cases: CaseArrays, values: np.ndarray, residual: np.ndarray, kind: type) -> np.ndarray:
+        """(n_case,) ndarray: what rounding may hide in residuals (n_case, n), in the norm ||.||*."""
+        stiffness, mass = np.ones(len(cases)), np.zeros(len(cases))
+        if self.scene.harmonic:
+            stiffness, mass = np.sqrt(1.0 + cases.loss_factor ** 2), (2.0 * np.pi * cases.frequency) ** 2
+        hidden = self.energy.product_error(self.energy.size(values), stiffness, mass, terms=6, kind=kind)
+        if self.model.loss_stiffness is not None and self.scene.harmonic:
+            hidden = hidden + self.energy.reach * gamma(self.energy.row_length + 9, kind) * self._loss_spread * \
+                self.energy.size(values)
+        return (hidden + 4 * unit_roundoff(kind) * self._whole_load(cases) + 2 * UNIT * self.energy.plain_dual(residual)
+                + self.load_rounding(cases))
+
+    @cached_property
+    def _loss_spread(self) -> float:
+        return self.energy.spread_of(self.model.loss_stiffness)
 
     def bound(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray:
         """Bound of the relative error in the energy norm.
@@ -161,7 +162,9 @@ class ResidualBound:
             Infinite where nothing can be bounded, as at an undamped resonance.
         """
         out = np.empty(len(cases))
-        step = self._harmonic if self.scene.harmonic else self._static
+        step = self._static
+        if self.scene.harmonic:
+            step = self._harmonic if self.model.loss_stiffness is None else self._lossy
         for start in range(0, len(cases), BLOCK):
             block, field = cases.take(slice(start, start + BLOCK)), np.asarray(
                 values[start:start + BLOCK], dtype=self.scene.dtype)
@@ -173,47 +176,72 @@ class ResidualBound:
         return out
 
     def _static(self, cases: CaseArrays, values: np.ndarray, kind: type) -> np.ndarray:
-        residual = self.residuals(cases, values, kind)
-        error = self.model.static_factorization.solve(residual)
-        miss = np.sqrt(np.maximum(np.einsum("nc,nc->c", residual, error), 0.0))
-        true = energy_norms(values.T + error, self.model.stiffness)
-        load = self.load_rounding(cases)
-        return _relative(miss * (1.0 + SOLVE_SAFETY) + load, true * (1.0 - SOLVE_SAFETY) - load) + (
-            self.rounding(kind) * (true > 0))
+        return _ratio(*self.static_errors(cases, values, kind))
+
+    def static_errors(self, cases: CaseArrays, values: np.ndarray, kind: type = np.longdouble
+                      ) -> tuple[np.ndarray, np.ndarray]:
+        """Theorem 1: bound of the error, and least energy norm of the true answer, both (n_case,) [J^1/2]."""
+        residual = np.ascontiguousarray(self.residuals(cases, values, kind).T)
+        response, miss, norm = self.energy.dual(residual)
+        hidden = self._residual_rounding(cases, values, residual, kind)
+        true = values + response
+        return (norm + hidden) * SUMS, self.energy.norms(true)[0] - self._sum_rounding(true, 1) - miss - hidden
+
+    def _sum_rounding(self, fields: np.ndarray, terms: int) -> np.ndarray:
+        """(k,) ndarray: energy norm of the rounding of fields (k, n) that were summed, as far as they are no smaller
+        than what was summed."""
+        return gamma(terms + 2) * np.sqrt(self.energy.spread) * self.energy.size(fields) * SUMS
+
+    def _lossy(self, cases: CaseArrays, values: np.ndarray, kind: type) -> np.ndarray:
+        """Beside a loss stiffness only the uniform loss factor is sure to take energy (theorem 2, without modes)."""
+        residual = np.ascontiguousarray(self.residuals(cases, values, kind).T)
+        norm = self.energy.dual(residual)[2] + self._residual_rounding(cases, values, residual, kind)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            miss = norm * SUMS / cases.loss_factor
+        return _ratio(miss, self.energy.norms(values)[0] - miss)
 
     def _harmonic(self, cases: CaseArrays, values: np.ndarray, kind: type) -> np.ndarray:
-        modes = self.modes
-        stiffness, inertia = 1.0 + 1j * cases.loss_factor, (2.0 * np.pi * cases.frequency) ** 2
-        residual = self.residuals(cases, values, kind)
-        force = modes.shape.T @ residual
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = force / (modes.eigenvalue[:, None] * stiffness - inertia)
-            known = np.sqrt(modes.eigenvalue @ np.abs(share) ** 2)
-            rest = residual - self._mass_shape @ force
-            norm = np.sqrt(np.maximum(np.einsum(
-                "nc,nc->c", rest.conj(), self.model.static_factorization.solve(rest)).real, 0.0))
-            # no mode at all above the last when all are kept: the bound is infinite, the amplification that of statics
-            beyond = amplification_beyond(modes.next_eigenvalue_bound, stiffness, inertia)
-            anywhere = np.maximum(beyond, amplification_of(modes.eigenvalue, stiffness, inertia))
-            left = beyond * norm + anywhere * np.abs(stiffness) * (self._defect @ np.abs(share))
-            left = left * (1.0 + SOLVE_SAFETY) + anywhere * self.load_rounding(cases)
-            # u's part in the modes is known, and the rest of u is at least that of u_hat less what is left
-            inside = self._mass_shape.T @ values.T
-            outer = energy_norms(values.T - modes.shape @ inside, self.model.stiffness)
-            kept = np.sqrt(modes.eigenvalue @ np.abs(inside + share) ** 2)
-            least = np.hypot(kept, np.maximum(outer - left, 0.0))
-            found = _relative(np.hypot(known, left), least) + anywhere * self.rounding(kind) * (least > 0)
-        return np.where(np.isfinite(found), found, np.inf)
+        energy, split, shape = self.energy, self.split, self.modes.shape
+        theta, size = split.eigenvalue, energy.size(np.ascontiguousarray(shape.T))
+        stiffness, inertia = operating_points(cases.frequency, cases.loss_factor)
+        c, w = np.abs(stiffness[:, 0]), inertia[:, 0]
+        residual = np.ascontiguousarray(self.residuals(cases, values, kind).T)
+        hidden = self._residual_rounding(cases, values, residual, kind)
+        along = residual @ shape  # s as computed: q follows from it, whatever its rounding
+        together = float(np.sqrt(np.sum(size ** 2 / theta)))
+        seen = gamma(len(shape) + 2) * together * energy.size(residual / energy.diagonal)
+        seen = seen + split.mass_deviation * np.sqrt(np.abs(along) ** 2 @ theta)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            share = Poles.of_modes(theta).at(along, stiffness, inertia)
+            strength = np.abs(share)
+            rest = residual - along @ self._mass_shape.T
+            norm = energy.dual(rest)[2] + 2 * UNIT * energy.plain_dual(rest) + energy.product_error(
+                np.abs(along) @ size, 0.0, 1.0, terms=len(theta) + 2)
+            small = hidden + c * (strength @ split.defect) + STEPS * UNIT * (
+                c * (strength @ (theta * split.norm)) + w * (strength @ split.norm))
+            beyond, each, coupling, off = split.amplifications(stiffness, inertia)
+            deviation = np.sqrt(1.0 + split.stiff_deviation)
+            outside, inside = split_error(beyond, each.max(axis=1), coupling, off, norm + small,
+                                          seen + deviation * small)
+            inside = inside * deviation
+            known = share @ shape.T
+            lost = gamma(len(theta) + 3) * np.sqrt(energy.spread) * (strength @ size)
+            miss = np.hypot(energy.norms(known)[1] + lost + inside, outside) * SUMS
+            # the true answer, X (b + a) + (y + v): what is left of each part
+            true = values + known
+            image = energy.image(true)
+            least = energy.norms(true, image)[0]
+            lost = lost + self._sum_rounding(true, 1)
+            kept = np.linalg.norm((image @ shape) / np.sqrt(theta), axis=1)
+            doubt = energy.inner_doubt * energy.size(true) * together + lost
+            tilt = 2.0 * split.stiff_deviation
+            kept_most = (kept + doubt) * (1.0 + tilt) * SUMS
+            outer = np.sqrt(np.maximum(least * least - kept_most * kept_most, 0.0))
+            true_size = np.hypot(np.maximum((kept - doubt) * (1.0 - tilt) - inside, 0.0),
+                                 np.maximum(outer - outside - lost, 0.0)) / SUMS
+            found = _ratio(miss, true_size)
+        return np.where(np.isfinite(found) & (split.stiff_deviation < 0.25), found, np.inf)
 
 
-def energy_norms(fields: np.ndarray, stiffness: sp.sparray) -> np.ndarray:
-    """(n_case,) ndarray: ``sqrt(u^H K u)`` of the columns of ``fields`` (n, n_case) [J^1/2]."""
-    parts = (fields.real, fields.imag) if np.iscomplexobj(fields) else (fields,)
-    return np.sqrt(np.maximum(sum(np.einsum("nc,nc->c", part, stiffness @ np.ascontiguousarray(part))
-                                  for part in parts), 0.0))
-
-
-def _relative(miss: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Their ratio; 0 for nothing missed, infinite where the size is not positive."""
-    ratio = np.divide(miss, size, out=np.full(len(miss), np.inf), where=size > 0)
-    return np.where(miss == 0.0, 0.0, ratio)
+def _ratio(miss: np.ndarray, size: np.ndarray) -> np.ndarray:
+    return relative(miss, np.maximum(np.nan_to_num(size, nan=0.0), 0.0))

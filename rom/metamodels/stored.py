@@ -1,4 +1,20 @@
-"""What a fitted metamodel keeps in a file, declared once: which attributes, with which dimensions, units and words."""
+"""What a fitted metamodel keeps in a file, declared once: which attributes, with which dimensions, units and words.
+
+Examples
+--------
+A method of one's own, the mean of its training answers, with what its file holds:
+
+>>> import rom
+>>> class MeanAnswer(rom.Metamodel):
+...     name, summary, learns = "mean-answer", "the mean of the training answers", True
+...     stored = (rom.Stored("mean", ("dof",), "mean displacement", "m"),)
+...
+...     def _fit(self, train):
+...         self.mean = self.scene.values(train).mean(axis=0)
+...
+...     def _evaluate(self, cases, outputs, out):
+...         return np.tile(self.mean, (len(cases), 1))
+"""
 
 from __future__ import annotations
 
@@ -26,20 +42,31 @@ class Stored(NamedTuple):
     dims : tuple of str
         Of an array or the fields of a basis; default: dimensions of its own.
     long_name, units : str
+    part : type, optional
+        Class of an object that the model has, which declares itself what is stored of it.
     """
 
     attribute: str
     dims: tuple[str, ...] = ()
     long_name: str = ""
     units: str = "1"
+    part: Any = None
 
 
-def to_dataset(model: Any, declared: Iterable[Stored]) -> xr.Dataset:
-    """The declared attributes of a model as variables; numbers and text as attributes of the dataset."""
-    data, attributes = xr.Dataset(), {}
+def to_dataset(model: Any, declared: Iterable[Stored], prefix: str = "") -> xr.Dataset:
+    """The declared attributes of a model as variables; numbers and text as attributes of the dataset.
+
+    Those of its parts stand under the parts' names, as ``prefix`` says.
+    """
+    data = xr.Dataset()
+    attributes: dict[str, Any] = {}
     for entry in declared:
-        name = entry.attribute.lstrip("_")
+        name = prefix + entry.attribute.lstrip("_")
         value = getattr(model, entry.attribute)
+        if entry.part is not None:
+            part = to_dataset(value, entry.part.stored, name + SEPARATOR)
+            data, attributes = data.assign(part.variables), {**attributes, **part.attrs}
+            continue
         if isinstance(value, str | float | int):
             attributes[name] = value
             continue
@@ -50,7 +77,7 @@ def to_dataset(model: Any, declared: Iterable[Stored]) -> xr.Dataset:
     return data.assign_attrs(attributes, **{ARRAYS: " ".join(map(str, data.data_vars))})
 
 
-def from_dataset(model: Any, declared: Iterable[Stored], data: xr.Dataset) -> None:
+def from_dataset(model: Any, declared: Iterable[Stored], data: xr.Dataset, prefix: str = "") -> None:
     """Give a model the attributes that :func:`to_dataset` wrote; KeyError where one is missing.
 
     What is a `Basis` in the class's annotations becomes one; nested arrays become dicts with the same keys.
@@ -58,15 +85,19 @@ def from_dataset(model: Any, declared: Iterable[Stored], data: xr.Dataset) -> No
     for lost in sorted(set(str(data.attrs.get(ARRAYS, "")).split()) - set(data.data_vars)):
         raise KeyError(lost)
     for entry in declared:
-        name = entry.attribute.lstrip("_")
-        if name in data.attrs:
-            value: Any = data.attrs[name]
+        name = prefix + entry.attribute.lstrip("_")
+        if entry.part is not None:
+            value: Any = entry.part.__new__(entry.part)
+            from_dataset(value, entry.part.stored, data, name + SEPARATOR)
+        elif name in data.attrs:
+            value = data.attrs[name]
         elif name in data:
-            value = data[name].values
+            value = data[name].transpose(*(entry.dims or sorted(data[name].dims))).values
             if _annotation(model, entry.attribute) == "Basis":
                 value = Basis(value, model.scene.part_rows, model.settings["precision"])
         else:
-            value = nested({str(key)[len(name) + 1:]: data[key].values for key in data.data_vars
+            value = nested({str(key)[len(name) + 1:]: data[key].transpose(*(entry.dims or sorted(data[key].dims))).values
+                            for key in data.data_vars
                             if str(key).startswith(name + SEPARATOR)})
             if not value:
                 raise KeyError(name)

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rom.datasets.storage import whole_file
 from rom.reporting import html
 from rom.reporting.figure import Figure
-
-PROVENANCE = {"commit": "commit", "software_versions": "software", "machine": "machine", "fingertip": "fingertip"}
+from rom.reporting.measured import provenance
+from rom.reporting.report import write_page
 
 
 def title_of(name: str) -> str:
@@ -23,7 +22,7 @@ def write_experiment(
     name: str,
     question: str,
     findings: Sequence[str],
-    plates: Sequence[Figure],
+    figures: Sequence[Figure],
     tables: Sequence[str] = (),
     files: Sequence[Path] = (),
     attributes: Mapping[str, Any] | None = None,
@@ -38,9 +37,9 @@ def write_experiment(
         Head of the page.
     findings : sequence of str
         Sentences with their numbers, the most important first.
-    plates : sequence of Figure
+    figures : sequence of Figure
     tables : sequence of str
-        HTML already.
+        HTML already (:func:`rom.reporting.html.table`).
     files : sequence of Path
         Further files in the folder that the page links.
     attributes : mapping
@@ -52,23 +51,9 @@ def write_experiment(
         Of the page.
     """
     attributes = attributes or {}
-    for old in set(folder.glob("*.png")) - {folder / plate.file for plate in plates}:
-        old.unlink()
-    for plate in plates:
-        plate.write(folder)
-    title = title_of(name)
-    body = [f"<h1>{html.text(title)}</h1>", html.paragraph(question, "question")]
-    if str(attributes.get("quick", "0")) == "1":
-        body.append(html.paragraph("Coarse mesh and few cases: a check that everything runs, not a result.", "notice"))
-    body.append(html.bullets(findings, "verdict"))
-    body += [html.image(plate.file, plate.alt, plate.caption) for plate in plates]
-    if tables:
-        body.append(html.section("tables", "In numbers", *tables))
-    links = [f'<li><a href="{path.name}">{html.text(path.name)}</a></li>' for path in (*files, folder / "results.nc")]
-    body.append(html.section("files", "Files", "<ul>", *links, "</ul>"))
-    known = {title: attributes[key] for key, title in PROVENANCE.items() if key in attributes}
-    body.append(html.section("provenance", "Where it came from", html.definitions(known)))
-    path = folder / "index.html"
-    with whole_file(path) as temporary:
-        temporary.write_text(html.document(title, body), encoding="utf-8")
-    return path
+    for figure in figures:
+        figure.write(folder)
+    return write_page(folder, html.render(
+        "experiment.html", title=title_of(name), question=question, findings=findings, figures=figures, tables=tables,
+        quick=str(attributes.get("quick", "0")) == "1", files=[path.name for path in (*files, folder / "results.nc")],
+        provenance=provenance(attributes)))

@@ -1,54 +1,52 @@
-"""Worst held-out cases in space: the skin, coloured by displacement, truth beside answer beside difference."""
+"""Worst held-out cases in space: truth beside answer beside difference, on a surface or in a plane section."""
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
 
 from rom.reporting import words
-from rom.reporting.figure import Figure, sheet
-from rom.reporting.results import SOLVERS, Results
+from rom.reporting.cases import case_words, worst_case
+from rom.reporting.figure import COLUMN, Figure, sheet
+from rom.reporting.results import Results
 from rom.reporting.skin import draw_skin
 
 MILLIMETRE = 1e3
 SHOWN = 4
-DRAWN_AS = 1.6
-"""Length [mm] to which the largest displacement is drawn."""
+DRAWN_AS = 0.06
+"""Length to which the largest displacement of a surface is drawn, over the surface's size."""
 
 
 def worst_fields(found: Results) -> Figure | None:
-    """Displacement magnitude on the skin in the worst held-out case of a few methods."""
-    if not {"worst_truth", "worst_answer", "skin_quads", "skin_x"} <= set(map(str, found.data.variables)):
-        return None
-    rows = chosen(found)
+    """Displacement magnitude in the worst held-out case of some methods; None where no mesh to draw it on is stored."""
+    name = next((str(name) for name, one in found.data.data_vars.items() if str(name).startswith("worst_")
+                 and str(name).endswith("_truth") and {"worst", "component"} < set(one.dims)), "")
+    node = next((str(dim) for dim in found.data[name].dims if dim not in ("worst", "component")), "") if name else ""
+    mesh = node.removesuffix("_node")
+    rows = [pair for pair in found.worst if np.isfinite(found.data[name.replace("truth", "answer")].transpose(
+        "worst", ...).values[pair[0]]).all()] if f"{mesh}_quads" in found.data else []
     if not rows:
         return None
-    figure = sheet(2.15 * len(rows) + 0.6, _title(found, rows))
-    position = np.column_stack([found.data[f"skin_{axis}"].values for axis in "xyz"]) * MILLIMETRE
-    quads = found.data["skin_quads"].transpose("skin_quad", "corner").values.astype(int)
-    bands = figure.subfigures(len(rows), 1, squeeze=False)[:, 0]
-    for band, (row, entry) in zip(bands, rows, strict=True):
-        _strip(band, found, row, entry, position, quads)
+    rows = [rows[k] for k in np.unique(np.linspace(0, len(rows) - 1, min(SHOWN, len(rows))).round().astype(int))]
+    position = MILLIMETRE * np.column_stack([found.data[f"{mesh}_{axis}"].values for axis in "xyz"
+                                             if f"{mesh}_{axis}" in found.data.variables])
+    quads = found.data[f"{mesh}_quads"].transpose(f"{mesh}_quad", "corner").values.astype(int)
+    figure = sheet((1.6 if position.shape[1] == 3 else 2.2) * len(rows) + 0.5, _title(found, rows), COLUMN)
+    for band, (row, entry) in zip(np.ravel(np.asarray(figure.subfigures(len(rows), 1))), rows, strict=True):
+        truth, answer = (found.data[one].transpose("worst", node, "component").values[row]
+                         for one in (name, name.replace("truth", "answer")))
+        _strip(band, {found.truth: truth, found.method[entry]: answer, "difference": answer - truth}, position, quads,
+               _loads(found, entry, node))
+        told = ", ".join(part for part in (f"{found.name(entry)}: {words.error(_error(found, row, entry))} off",
+                                           case_words(found, entry)) if part)
+        band.suptitle(textwrap.fill(told, 88), fontsize=9, x=0.01, ha="left")
     return Figure("worst-fields.png", figure,
-                 f"The worst held-out case of some methods on the {found.splits[0]} split, seen from the pad's side. "
-                 f"Shapes are scaled so that the truth's largest displacement is drawn as {DRAWN_AS:g} mm. Truth and "
-                 "answer share one colour scale, whose steps are finer for small displacements; the difference has "
-                 "its own. Black dots mark the loads.",
-                 "Fingertip skin coloured by displacement magnitude: truth, answer and difference for some methods.")
-
-
-def chosen(found: Results) -> list[tuple[int, int]]:
-    """(row along ``worst``, entry) of at most four methods from the least to the largest worst error."""
-    labels = [str(label) for label in found.data["worst"].values]
-    position = {found.label(i): i for i in range(len(found.method))}
-    errors = found.errors(found.splits[0])
-    rows = [(k, position[label]) for k, label in enumerate(labels) if label in position
-            and found.method[position[label]] not in SOLVERS and np.isfinite(errors[position[label]])
-            and np.isfinite(found.data["worst_answer"].values[k]).all()]
-    rows.sort(key=lambda pair: errors[pair[1]])
-    picks = sorted(set(np.linspace(0, len(rows) - 1, min(SHOWN, len(rows))).round().astype(int))) if rows else []
-    return [rows[p] for p in picks]
+                  f"The worst held-out case of some methods on the {found.splits[0]} split, drawn on the deformed "
+                  "shape. Truth and answer share one colour scale; the difference has its own and stands on the shape "
+                  "at rest. Black dots mark loads.",
+                  "Maps of displacement magnitude in the worst cases: truth, answer and difference for some methods.")
 
 
 def snapshot(truth: np.ndarray, answer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -65,37 +63,49 @@ def snapshot(truth: np.ndarray, answer: np.ndarray) -> tuple[np.ndarray, np.ndar
     return (truth * turn).real, (answer * turn).real
 
 
-def _strip(band: Any, found: Results, row: int, entry: int, position: np.ndarray, quads: np.ndarray) -> None:
+def _strip(band: Any, shown: dict[str, np.ndarray], position: np.ndarray, quads: np.ndarray, loads: np.ndarray) -> None:
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize, PowerNorm
 
-    truth, answer = (found.data[name].transpose("worst", "skin_node", "component").values[row]
-                     for name in ("worst_truth", "worst_answer"))
-    size = {"truth": magnitude(truth), found.method[entry]: magnitude(answer), "difference": magnitude(answer - truth)}
-    moved = dict(zip(size, (*snapshot(truth, answer), np.zeros(truth.shape)), strict=True))
-    largest = max(size["truth"].max(), np.finfo(float).tiny)
-    common = PowerNorm(0.5, vmin=0.0, vmax=max(largest, min(size[found.method[entry]].max(), 1.5 * largest)))
-    own = Normalize(vmin=0.0, vmax=max(size["difference"].max(), np.finfo(float).tiny))
-    loads = load_points(found, row, entry)
+    solid = position.shape[1] == 3
+    size = {name: magnitude(field) for name, field in shown.items()}
+    truth, answer, missed = (max(one.max(), np.finfo(float).tiny) for one in size.values())
+    moved: tuple[Any, ...] = (*snapshot(*list(shown.values())[:2]), 0.0)
+    reach = DRAWN_AS * np.ptp(position, axis=0).max()
+    scale = reach / truth if solid else MILLIMETRE  # a section's displacements are large enough as they are
+    common: Any = PowerNorm(0.5, 0.0, max(truth, min(answer, 1.5 * truth))) if solid else Normalize(0.0, truth)
     grid = band.add_gridspec(1, 5, width_ratios=(0.035, 1, 1, 1, 0.035))
-    for column, (name, values) in enumerate(size.items(), start=1):
-        panel = band.add_subplot(grid[column], projection="3d")
-        norm, colour = (own, colormaps["magma_r"]) if name == "difference" else (common, colormaps["viridis"])
-        shape = position + np.clip(moved[name] * DRAWN_AS / largest, -2 * DRAWN_AS, 2 * DRAWN_AS)
-        draw_skin(panel, shape, quads, colour(norm(values[quads].mean(axis=1))), marks=loads)
-        panel.set_title(name, fontsize=10, y=0.95)
-    for column, norm, colours, label in ((0, common, "viridis", "|u|"), (4, own, "magma_r", "|difference|")):
-        most = float(norm.vmax or 0.0)
-        bar = band.colorbar(ScalarMappable(norm, colours), cax=band.add_subplot(grid[column]))
-        bar.ax.yaxis.set_ticks_position("left" if column == 0 else "right")
-        bar.ax.yaxis.set_label_position("left" if column == 0 else "right")
+    norms: tuple[Any, ...] = (common, common, Normalize(0.0, missed))
+    for column, ((name, values), move, norm) in enumerate(zip(size.items(), moved, norms, strict=True), start=1):
+        shape = position + np.clip(scale * move, -2 * reach, 2 * reach)
+        colours = colormaps["magma_r" if column == 3 else "viridis"](norm(values[quads].mean(axis=1)))
+        if solid:
+            panel = band.add_subplot(grid[column], projection="3d")
+            draw_skin(panel, shape, quads, colours, marks=loads)
+        else:
+            panel = band.add_subplot(grid[column])
+            _draw_section(panel, shape, quads, colours)
+        panel.set_title(name, fontsize=9, y=0.95 if solid else None)
+    for column, norm, name, label in ((0, common, "viridis", "|u|"), (4, norms[2], "magma_r", "|difference|")):
+        most, left = float(norm.vmax), column == 0
+        bar = band.colorbar(ScalarMappable(norm, name), cax=band.add_subplot(grid[column]))
+        bar.ax.yaxis.set_ticks_position("left" if left else "right")
+        bar.ax.yaxis.set_label_position("left" if left else "right")
         unit, factor = length_unit(most)
-        bar.set_label(f"{label} [{unit}]", fontsize=9)
-        ticks = most * np.array([0, 0.1, 0.3, 0.6, 1.0] if column == 0 else [0, 0.25, 0.5, 0.75, 1.0])
-        text = words.power if unit == "m" else words.significant
-        bar.set_ticks(list(ticks), labels=[text(t * factor, 2) if t > 0 else "0" for t in ticks], fontsize=8)
-    band.suptitle(_case_title(found, row, entry), fontsize=10.5, x=0.01, ha="left")
+        bar.set_label(f"{label} [{unit}]", fontsize=8)
+        ticks = most * np.array([0, 0.1, 0.3, 0.6, 1.0] if left and solid else [0, 0.25, 0.5, 0.75, 1.0])
+        say = words.power if unit == "m" else words.significant
+        bar.set_ticks(list(ticks), labels=[say(t * factor, 2) if t > 0 else "0" for t in ticks], fontsize=7.5)
+
+
+def _draw_section(axes: Any, shape: np.ndarray, quads: np.ndarray, colours: np.ndarray) -> None:
+    from matplotlib.collections import PolyCollection
+
+    axes.add_collection(PolyCollection(list(shape[quads]), facecolors=colours, edgecolors=colours, linewidths=0.2))
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_axis_off()
 
 
 def magnitude(field: np.ndarray) -> np.ndarray:
@@ -111,51 +121,24 @@ def length_unit(largest: float) -> tuple[str, float]:
     return "m", 1.0
 
 
-def load_points(found: Results, row: int, entry: int) -> np.ndarray:
-    """Rows of the loaded nodes along ``skin_node``."""
-    loads = _case_values(found, entry, "load_node")
-    if loads is None and "worst_load_node" in found.data.variables:
-        loads = np.ravel(found.data["worst_load_node"].transpose("worst", ...).values[row])
-    if loads is None:
+def _loads(found: Results, entry: int, node: str) -> np.ndarray:
+    """Rows along the drawn nodes at which the loads of an entry's worst case act."""
+    case = worst_case(found, entry)
+    if case is None or "load_node" not in found.data.variables:
         return np.zeros(0, dtype=int)
-    loads = loads[loads >= 0].astype(int)
-    count = found.data.sizes["skin_node"]
-    ids = found.data["skin_node"].values if "skin_node" in found.data.coords else np.arange(count)
-    return np.flatnonzero(np.isin(ids, loads))
+    loads = np.ravel(found.data["load_node"].isel(case=case).values)
+    ids = found.data[node].values if node in found.data.coords else np.arange(found.data.sizes[node])
+    return np.flatnonzero(np.isin(ids, loads[loads >= 0]))
 
 
-def _case_values(found: Results, entry: int, name: str) -> np.ndarray | None:
-    """Values of the worst case of an entry on the first split; None where the file does not name it."""
-    if "worst_case" not in found.data or name not in found.data.variables or "case" not in found.data.coords:
-        return None
-    case = found.data["worst_case"].transpose("entry", "split").values[entry, 0]
-    rows = np.flatnonzero(found.data["case"].values == case)
-    return np.ravel(found.data[name].transpose("case", ...).values[rows[0]]) if len(rows) else None
-
-
-def _case_title(found: Results, row: int, entry: int) -> str:
-    error = float(found.data["worst_error"].values[row]) if "worst_error" in found.data else (
+def _error(found: Results, row: int, entry: int) -> float:
+    return float(found.data["worst_error"].values[row]) if "worst_error" in found.data else (
         found.errors(found.splits[0])[entry])
-    parts = [f"{found.name(entry)}: {words.error(error)} off"]
-    nodes = _case_values(found, entry, "load_node")
-    if nodes is not None:
-        nodes = nodes[nodes >= 0]
-        parts.append(f"load{'s' if len(nodes) > 1 else ''} at node{'s' if len(nodes) > 1 else ''} "
-                     f"{words.listed([str(int(n)) for n in nodes])}")
-    if found.harmonic:
-        for name, form in (("frequency", words.frequency), ("loss_factor", lambda v: f"loss factor {v:g}")):
-            value = _case_values(found, entry, name)
-            if value is not None:
-                parts.append(form(float(value[0])))
-    return ", ".join(parts)
 
 
 def _title(found: Results, rows: list[tuple[int, int]]) -> str:
-    errors = found.errors(found.splits[0])
-    best, worst = rows[0][1], rows[-1][1]
+    (first, best), (last, worst) = rows[0], rows[-1]
     if best == worst:
-        return f"The worst held-out case of {found.method[best]}: {words.error(errors[best])} off"
-    return (f"Worst held-out cases: {found.method[best]} cannot be told from the truth ({words.error(errors[best])}), "
-            f"{found.method[worst]} is {words.error(errors[worst])} off" if errors[best] < 1e-2 else
-            f"Worst held-out cases, from {found.method[best]} ({words.error(errors[best])} off) to "
-            f"{found.method[worst]} ({words.error(errors[worst])} off)")
+        return f"The worst held-out case of {found.method[best]}: {words.error(_error(found, first, best))} off"
+    return (f"Worst held-out cases, from {found.method[best]} ({words.error(_error(found, first, best))} off) to "
+            f"{found.method[worst]} ({words.error(_error(found, last, worst))} off)")

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 import textwrap
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.reporting import palette, words
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 DPI = 150
 WIDTH = 10.0
 """Inches; 1,500 pixels, shown at about 1,000."""
+COLUMN = 5.8
+"""Width [inches] of figures that stand in columns, and over the whole of a telephone."""
 SMALLEST = 1e-16
 """Errors below this, exact zeros among them, are drawn here."""
 
@@ -34,11 +38,22 @@ class Figure:
     figure: MatplotlibFigure
     caption: str
     alt: str
+    points: Sequence[tuple[Axes, float, float, str]] = field(default=(), kw_only=True)
+    """What is told under the pointer: axes, place in their data, words."""
 
     def write(self, folder: Path) -> None:
         """Save as PNG, whole or not at all."""
         with whole_file(folder / self.file) as temporary:
             self.figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+
+    def spots(self) -> list[tuple[float, float, str]]:
+        """The points as they lie on the image: distance from its left and its top [%], words; once it is written."""
+        width, height = self.figure.bbox.size
+        placed = []
+        for axes, x, y, words_there in self.points:
+            left, bottom = axes.transData.transform((x, y))
+            placed.append((round(100 * left / width, 2), round(100 - 100 * bottom / height, 2), words_there))
+        return placed
 
 
 def sheet(height: float, title: str, width: float = WIDTH) -> MatplotlibFigure:
@@ -46,7 +61,8 @@ def sheet(height: float, title: str, width: float = WIDTH) -> MatplotlibFigure:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained", facecolor="white")
-    figure.suptitle(_balanced(title, int(10.2 * width)), x=0.01, ha="left", fontsize=12, fontweight="bold")
+    size = 12 if width > COLUMN else 11
+    figure.suptitle(_balanced(title, int(122 * width / size)), x=0.01, ha="left", fontsize=size, fontweight="bold")
     return figure
 
 
@@ -89,6 +105,28 @@ def number_axis(axis: Axis) -> None:
     _quiet(axis)
 
 
+def error_panel(axes: Axes, gate: float, grid: str = "both") -> None:
+    """Axes whose ordinate is a relative error: logarithmic, with the gate drawn in."""
+    axes.set_yscale("log")
+    gate_line(axes, gate)
+    error_axis(axes.yaxis)
+    axes.tick_params(labelsize=9)
+    tidy(axes, grid)
+
+
+def spread(axes: Axes, x: np.ndarray, typical: np.ndarray, worst: np.ndarray, style: palette.Style, label: str) -> None:
+    """Errors by category: a marker at the largest, a dash at the median, a line between."""
+    typical, worst = drawable(typical), drawable(worst)
+    axes.vlines(x, typical, worst, color=style.colour, linewidth=1.2)
+    axes.plot(x, worst, linestyle="none", marker=style.marker, color=style.colour, markersize=6, label=label)
+    axes.plot(x, typical, linestyle="none", marker="_", color=style.colour, markersize=6)
+
+
+def dodged(count: int, k: int, n: int) -> np.ndarray:
+    """Places of the ``k``-th of ``n`` series beside each other at 0, 1, ... ``count`` - 1."""
+    return np.arange(count) + 0.7 * ((k + 0.5) / n - 0.5)
+
+
 def ticks_about_one(low: float, high: float) -> list[float]:
     """Round numbers on a log axis that holds 1, as many as stand apart."""
     chosen = [1.0]
@@ -122,10 +160,10 @@ def gate_line(axes: Axes, gate: float) -> None:
 
 
 def mesh_band(axes: Axes, low: float, high: float) -> None:
-    """Median to maximum difference between this mesh and a finer one."""
+    """Median to largest difference between this mesh and a finer one."""
     if np.isfinite(low) and np.isfinite(high):
         axes.axhspan(max(low, SMALLEST), max(high, SMALLEST), color=palette.MESH_FLOOR, alpha=0.45, linewidth=0,
-                     zorder=0.5, label="this mesh to a finer one, median to maximum")
+                     zorder=0.5, label="this mesh to a finer one")
 
 
 def legend_below(figure: MatplotlibFigure, axes: list[Axes], columns: int = 5) -> None:
@@ -136,4 +174,5 @@ def legend_below(figure: MatplotlibFigure, axes: list[Axes], columns: int = 5) -
             entries.setdefault(label, handle)
     if entries:
         figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=columns,
-                      frameon=False, fontsize=9)
+                      frameon=False, fontsize=9 if figure.get_figwidth() > COLUMN else 8.5, columnspacing=1.2,
+                      handlelength=1.6)

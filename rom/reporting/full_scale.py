@@ -6,9 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from rom.reporting import palette, words
-from rom.reporting.figure import Figure, drawable, error_axis, gate_line, legend_below, number_axis, sheet, tidy
-from rom.reporting.results import LEARNED, Results
+from rom.reporting import words
+from rom.reporting.figure import (
+    COLUMN,
+    Figure,
+    drawable,
+    error_axis,
+    error_panel,
+    legend_below,
+    number_axis,
+    sheet,
+    tidy,
+)
+from rom.reporting.results import Results
 
 AXES = {"full_scale_frequency": "frequency [Hz]", "full_scale_loss_factor": "loss factor [1]",
         "number_of_forces": "number of forces"}
@@ -52,13 +62,11 @@ def error_over_population(found: Results) -> Figure | None:
     methods = population(found)
     if not names or not methods:
         return None
-    figure = sheet(7.4, _population_title(found))
+    figure = sheet(6.6, _population_title(found), COLUMN)
     panels = figure.subplots(len(found.splits), len(names) + 1, sharey=True, squeeze=False)
     for row, split in zip(panels, found.splits, strict=True):
-        for axes in row:
-            axes.set_yscale("log")
         for method in methods:
-            i, (colour, marker) = found.headline(method), palette.style(method)
+            i, (colour, marker) = found.headline(method), found.style(method)
             line = {"color": colour, "linewidth": 1.3, "label": method}
             for axes, name in zip(row, names, strict=False):
                 x, error = found.data[name].values, drawable(by(found, name, i, split))
@@ -70,12 +78,10 @@ def error_over_population(found: Results) -> Figure | None:
             known = ordered[np.isfinite(ordered)]
             row[-1].plot(np.arange(1, len(known) + 1), known, **line)
         for axes, label in zip(row, [*(AXES[name] for name in names), "pad nodes, best to worst"], strict=True):
-            gate_line(axes, found.gate)
-            axes.set_xlabel(label)
-            error_axis(axes.yaxis)
-            tidy(axes)
+            error_panel(axes, found.gate)
+            axes.set_xlabel(label, fontsize=9)
         row[0].set_ylabel(f"largest relative error [1]\n{split} split")
-    legend_below(figure, list(panels.ravel()))
+    legend_below(figure, list(panels.ravel()), columns=4)
     return Figure("error-over-population.png", figure,
                  "Largest error over the held-out cases of the whole published population at headline settings. "
                  "Networks answered every one of them, the others a random sample (the table of the networks says how "
@@ -93,7 +99,7 @@ def pad_map(found: Results) -> Figure | None:
 
     pairs = [(method, split) for split in found.splits for method in methods]
     shape = (len(found.splits), len(methods)) if len(methods) > 1 else (1, len(found.splits))
-    figure = sheet(2.9 * shape[0] + 0.9, _map_title(found, methods), width=max(7.0, 3.1 * shape[1]))
+    figure = sheet(2.4 * shape[0] + 1.1, "Where on the surface the worst cases of each network act", COLUMN)
     panels = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True)
     tables = {(m, s): drawable(by(found, "pad_node", found.headline(m), s)) for m, s in pairs}
     known = np.concatenate([t[np.isfinite(t)] for t in tables.values()])
@@ -104,13 +110,13 @@ def pad_map(found: Results) -> Figure | None:
     image: Any = None
     for axes, (method, split) in zip(panels.ravel(), pairs, strict=True):
         error = tables[method, split]
-        image = axes.scatter(y, x, c=error, norm=norm, cmap="viridis_r", s=26, linewidths=0,
+        image = axes.scatter(y, x, c=error, norm=norm, cmap="viridis_r", s=12, linewidths=0,
                              label="pad node, coloured by its largest error")
         if np.isfinite(error).any():
             worst = int(np.nanargmax(error))
-            axes.plot(y[worst], x[worst], "o", markersize=10, markerfacecolor="none", markeredgecolor="black",
+            axes.plot(y[worst], x[worst], "o", markersize=7, markerfacecolor="none", markeredgecolor="black",
                       linestyle="none", label="worst node")
-        axes.set_title(f"{method}, {split}", fontsize=9.5)
+        axes.set_title(f"{method}, {split}", fontsize=9)
         axes.set_aspect("equal")
         tidy(axes)
     for axes in panels[-1]:
@@ -122,8 +128,8 @@ def pad_map(found: Results) -> Figure | None:
     error_axis(bar.ax.yaxis)
     legend_below(figure, list(panels.ravel()), 2)
     return Figure("pad-map.png", figure,
-                 "The pad seen from below: the largest error of each network among all held-out cases that load a "
-                 "node. In the hard split a tenth of the nodes was never in training, and whole frequency bands.",
+                 "The surface seen from below: the largest error of each network among all held-out cases that "
+                 "load a node. In the hard split a tenth of the nodes and whole bands were never in training.",
                  "Map of the pad's nodes coloured by each network's largest error.")
 
 
@@ -132,14 +138,13 @@ def fewer_snapshots(found: Results) -> Figure | None:
     if "fewer_error_max" not in found.data:
         return None
     counts = found.data["snapshots"].values
-    figure = sheet(4.6, _fewer_title(found))
+    figure = sheet(4.6, _fewer_title(found), COLUMN)
     panels = list(figure.subplots(1, 2, sharey=True))
     for axes, statistic in zip(panels, ("max", "median"), strict=True):
         axes.set_xscale("log")
-        axes.set_yscale("log")
         for method, errors in zip(found.data["learner"].values.astype(str), found.data[
                 f"fewer_error_{statistic}"].transpose("learner", "snapshots").values, strict=True):
-            colour, marker = palette.style(method)
+            colour, marker = found.style(method)
             x, y = counts.astype(float), drawable(errors)
             learned = learned_cases(found, method)
             if learned:
@@ -148,15 +153,13 @@ def fewer_snapshots(found: Results) -> Figure | None:
                 axes.plot([x[-1], learned], [y[-1], whole], color=colour, linewidth=1, linestyle=":")
                 axes.plot([learned], [whole], marker=marker, color=colour, markersize=7)
             axes.plot(x, y, color=colour, marker=marker, markersize=5, linewidth=1.3, label=method)
-        gate_line(axes, found.gate)
+        error_panel(axes, found.gate)
         axes.set_xlabel("training cases")
         axes.set_title({"max": "largest held-out error", "median": "median held-out error"}[statistic], fontsize=10)
-        error_axis(axes.yaxis)
         number_axis(axes.xaxis)
-        axes.set_xticks(counts)
-        tidy(axes)
+        axes.set_xticks([counts[0], counts[-1]])
     panels[0].set_ylabel("relative error [1]")
-    legend_below(figure, panels)
+    legend_below(figure, panels, columns=3)
     return Figure("fewer-snapshots.png", figure,
                  "Every learner at its headline setting on parts of the comparison's own training cases, judged on the "
                  "same held-out cases. Dotted, to the right: the weights that were trained on the whole published set "
@@ -181,20 +184,11 @@ def _population_title(found: Results) -> str:
     return f"Largest error over all {most:,} held-out cases of the published population: {each}"
 
 
-def _map_title(found: Results, methods: list[str]) -> str:
-    ratios = []
-    for method in methods:
-        error = by(found, "pad_node", found.headline(method), found.splits[0])
-        known = error[np.isfinite(error)]
-        ratios.append(f"{method} {words.error(known.max())} there, {words.error(np.median(known))} at the median node")
-    return f"Where each network's worst pad node lies ({found.splits[0]} split): {'; '.join(ratios)}"
-
-
 def _fewer_title(found: Results) -> str:
     errors = found.data["fewer_error_max"].transpose("learner", "snapshots").values[:, -1]
     names = found.data["learner"].values.astype(str)
     most = int(found.data["snapshots"].values[-1])
-    learned = [m for m, e in zip(names, errors, strict=True) if m in LEARNED and e > found.gate]
+    learned = [m for m, e in zip(names, errors, strict=True) if m in found.learners and e > found.gate]
     if not learned:
         return f"{most:,} snapshots are enough for every regression to stay within {words.error(found.gate)}"
     return (f"{most:,} snapshots are too few for {words.listed(learned)} to stay within {words.error(found.gate)}")

@@ -1,70 +1,68 @@
-"""Small pieces of HTML, every text escaped in one place."""
+"""Pages and tables from templates; every text is escaped there, and what stands between backquotes becomes code."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from html import escape
+from collections.abc import Iterable
+from functools import cache
+from typing import Any, NamedTuple
 
-from rom.reporting.style import CSS
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 
-def text(words: object) -> str:
-    """Escaped; what stands between backquotes becomes code."""
-    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(str(words)))
+class Cell(NamedTuple):
+    """What stands in one cell: words, a smaller line below, a class of the style sheet, a coloured square before."""
+
+    words: str
+    below: str = ""
+    kind: str = ""
+    colour: str = ""
+
+
+def text(words: object) -> Markup:
+    """Escaped; what stands between backquotes becomes code; a number keeps to its sign."""
+    kept = re.sub(r"(?<=\d) (?=[%×])|(?<=×) (?=10)", "\u00a0", str(escape(words)))
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", kept))
+
+
+def cell(words: object, below: str = "", kind: str = "") -> Cell:
+    """One cell, with a smaller line below where given."""
+    return Cell(str(words), below, kind)
+
+
+def named(words: str, below: str = "", colour: str = "") -> Cell:
+    """Heading of a row or a column."""
+    return Cell(words, below, colour=colour)
+
+
+def table(caption: str, head: Iterable[str | Cell], rows: Iterable[tuple[str, Iterable[str | Cell]]]) -> Markup:
+    """A table from plain words and cells; each row comes with a class of the style sheet, or an empty string."""
+    def cells(some: Iterable[str | Cell]) -> list[Cell]:
+        return [one if isinstance(one, Cell) else Cell(one) for one in some]
+
+    pieces: Any = _environment().get_template("pieces.html").module
+    return pieces.table(caption, cells(head), [(kind, cells(row)) for kind, row in rows])
+
+
+def paragraph(words: str, kind: str = "") -> Markup:
+    """A paragraph of a class of the style sheet."""
+    return Markup('<p class="{}">{}</p>').format(kind, text(words)) if kind else Markup("<p>{}</p>").format(text(words))
 
 
 def document(title: str, body: Iterable[str]) -> str:
-    """A whole page that needs nothing from elsewhere."""
-    return "\n".join([
-        "<!DOCTYPE html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{escape(title)}</title>", f"<style>{CSS}</style>", "</head>", "<body>", *body, "</body>",
-        "</html>", ""])
+    """A page of parts that are HTML already; it needs nothing from elsewhere."""
+    return render("base.html", title=title, body=[Markup(part) for part in body])
 
 
-def section(anchor: str, title: str, *body: str) -> str:
-    """A heading that can be linked to, and what stands under it."""
-    return "\n".join([f'<h2 id="{escape(anchor)}">{text(title)}</h2>', *body])
+def render(template: str, **values: Any) -> str:
+    """A template of this package, filled."""
+    return _environment().get_template(template).render(**values)
 
 
-def paragraph(words: str, kind: str = "") -> str:
-    return f'<p class="{kind}">{text(words)}</p>' if kind else f"<p>{text(words)}</p>"
-
-
-def bullets(sentences: Iterable[str], kind: str = "") -> str:
-    items = "\n".join(f"<li>{text(sentence)}</li>" for sentence in sentences)
-    return f'<ul class="{kind}">\n{items}\n</ul>' if kind else f"<ul>\n{items}\n</ul>"
-
-
-def definitions(pairs: Mapping[str, object]) -> str:
-    return "<dl>\n" + "\n".join(f"<dt>{text(k)}</dt><dd>{text(v)}</dd>" for k, v in pairs.items()) + "\n</dl>"
-
-
-def image(file: str, alt: str, caption: str) -> str:
-    return (f'<figure id="{escape(file.rsplit(".", 1)[0])}"><img src="{escape(file)}" alt="{escape(alt)}">'
-            f"<figcaption>{text(caption)}</figcaption></figure>")
-
-
-def table(caption: str, head: Iterable[str], rows: Iterable[tuple[str, Iterable[str]]]) -> str:
-    """``head`` and the cells are HTML already (see :func:`cell`); each row comes with its class."""
-    lines = ['<div class="wide"><table>', f"<caption>{text(caption)}</caption>", "<thead><tr>"]
-    lines += [f'<th scope="col">{title}</th>' for title in head]
-    lines.append("</tr></thead>\n<tbody>")
-    for kind, cells in rows:
-        first, *others = cells
-        row = f'<tr class="{kind}">' if kind else "<tr>"
-        lines.append(f'{row}<th scope="row">{first}</th>{"".join(others)}</tr>')
-    return "\n".join([*lines, "</tbody></table></div>"])
-
-
-def cell(words: object, below: str = "", kind: str = "") -> str:
-    """One cell, with a smaller line below where given."""
-    small = f"<small>{text(below)}</small>" if below else ""
-    return (f'<td class="{kind}">' if kind else "<td>") + text(words) + small + "</td>"
-
-
-def named(words: str, below: str = "", colour: str = "") -> str:
-    """Content of a row's or column's heading."""
-    swatch = f'<span class="swatch" style="background:{escape(colour)}"></span>' if colour else ""
-    return swatch + text(words) + (f"<small>{text(below)}</small>" if below else "")
+@cache
+def _environment() -> Environment:
+    made = Environment(loader=PackageLoader("rom.reporting"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                       undefined=StrictUndefined)
+    made.filters["text"] = text
+    return made

@@ -1,23 +1,28 @@
-"""A results file, asked the questions that figures, tables and sentences share."""
+"""A results file, asked the questions that figures, tables and sentences share.
+
+What a page says of a scene and of its methods stands in the results: ``title``, ``question``, ``gate``, ``case_noun``,
+``partial_output``, ``full_order`` (names of the methods that solve the full model itself, the truth first),
+``learners``, ``method_colours`` (all methods, in one order), ``method_summaries``, ``not_applicable``,
+``quantity_definitions``. Older files lack some; the words of this module stand in for them.
+"""
 
 from __future__ import annotations
 
 import json
-import re
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from rom.scenes import SCENES
+from rom.reporting import palette
 
-DIRECT = "direct"
-LEARNED = ("pod-regression", "transformer", "mlp", "mlp-residual", "pole-network")
-"""Methods whose answer is a regression on samples; the others project or solve."""
-SOLVERS = (DIRECT, "direct-reused")
-"""Methods that solve the full-order model itself."""
-UNSEEN_NODE = "unseen node"
+REQUIRED = ("method", "setting", "headline", "split", "error_max", "online_seconds")
+FULL_ORDER = ("direct", "direct-reused")
+WORKLOADS = {"one": "online_seconds", "batch": "batch_seconds", "part": "output_seconds", "call": "predict_seconds"}
+"""What one may want a method to do, by the variable that holds its time: one answer as an array, an answer in a large
+batch, only the part of it that the scene wants, one labelled answer with all that `predict` says of it."""
 
 
 class Results:
@@ -28,17 +33,21 @@ class Results:
     data : xr.Dataset
         Dimensions ``entry`` (a method at a setting), ``split``, ``repeat``, ``case``, ``region`` and more; variables
         that are absent count as not measured.
+
+    Raises
+    ------
+    ValueError
+        Where a variable is missing without which nothing can be said, or the full-order method.
     """
 
     def __init__(self, data: xr.Dataset) -> None:
-        missing = [name for name in ("method", "setting", "headline", "split", "error_max", "online_seconds")
-                   if name not in data.variables]
+        missing = [name for name in REQUIRED if name not in data.variables]
         if missing:
             raise ValueError(f"the results lack {', '.join(missing)}: make them again with `rom compare`")
-        if DIRECT not in data["method"].values.astype(str):
-            raise ValueError(f"the results lack the method {DIRECT!r}, against which speed-ups are measured: "
-                             "make them again with `rom compare`")
         self.data = data
+        if self.truth not in self.methods:
+            raise ValueError(f"the results lack the method {self.truth!r}, against which all others are judged: "
+                             "make them again with `rom compare`")
 
     # ---- entries --------------------------------------------------------------------------------------------
 
@@ -53,9 +62,27 @@ class Results:
         return list(dict.fromkeys(self.method))
 
     @cached_property
+    def solvers(self) -> list[str]:
+        """Methods that solve the full-order model itself."""
+        return list(self.record("full_order") or FULL_ORDER)
+
+    @property
+    def truth(self) -> str:
+        """The method whose answers are the truth."""
+        return self.solvers[0]
+
+    @cached_property
     def reduced(self) -> list[str]:
-        """Every method but `direct`."""
-        return [name for name in self.methods if name != DIRECT]
+        """Every method that does not solve the full-order model."""
+        return [name for name in self.methods if name not in self.solvers]
+
+    @cached_property
+    def learners(self) -> list[str]:
+        """Methods that learn from solved cases: by default those whose preparation holds snapshots."""
+        named, snapshots = self.record("learners"), self.per_entry("snapshot_seconds")
+        if named is not None:
+            return [name for name in self.methods if name in named]
+        return [name for name in self.reduced if any(snapshots[i] > 0 for i in self.entries(name))]
 
     def entries(self, method: str) -> list[int]:
         """Positions of a method's entries."""
@@ -80,43 +107,60 @@ class Results:
         return str(self.data["entry"].values[entry]) if "entry" in self.data.coords else self.name(entry)
 
     @cached_property
-    def direct(self) -> int:
-        """Position of the baseline."""
-        return self.headline(DIRECT)
+    def worst(self) -> list[tuple[int, int]]:
+        """(row along ``worst``, entry) of the reduced methods whose worst case is stored, the most accurate first."""
+        position = {self.label(i): i for i in range(len(self.method))}
+        errors = self.errors(self.splits[0])
+        rows = [(k, position[str(label)]) for k, label in enumerate(self.data["worst"].values)
+                if str(label) in position] if "worst" in self.data.variables else []
+        return sorted((pair for pair in rows if self.method[pair[1]] in self.reduced and np.isfinite(errors[pair[1]])),
+                      key=lambda pair: errors[pair[1]])
 
-    # ---- numbers --------------------------------------------------------------------------------------------
+    def style(self, method: str) -> palette.Style:
+        """Colour and marker of a method."""
+        return palette.style(method, self.record("method_colours") or palette.COLOURS)
+
+    # ---- times ----------------------------------------------------------------------------------------------
 
     def per_entry(self, name: str) -> np.ndarray:
-        """(entry,) ndarray of float; NaN where not measured."""
+        """(entry,) ndarray of float, medians of repeats; NaN where not measured."""
         if name not in self.data:
             return np.full(len(self.method), np.nan)
-        return np.asarray(self.data[name].values, dtype=float)
+        values = np.asarray(self.data[name].transpose("entry", ...).values, dtype=float)
+        return medians(values) if values.ndim == 2 else values
 
     @cached_property
     def online(self) -> np.ndarray:
-        """(entry,) ndarray [s]: median time of one case, full field."""
-        return medians(self.data["online_seconds"].transpose("entry", "repeat").values)
+        """(entry,) ndarray [s]: median time of one case, whole answer."""
+        return self.seconds("one")
 
-    @cached_property
-    def speedup(self) -> np.ndarray:
-        """(entry,) ndarray: direct over method, one case, full field."""
-        return self._ratio("speedup", self.online)
+    def seconds(self, workload: str) -> np.ndarray:
+        """(entry,) ndarray [s]: time of a workload (`WORKLOADS`); NaN where not measured."""
+        times = self.per_entry(WORKLOADS[workload])
+        if workload == "call" and not np.isfinite(times).any():  # older results hold what the call adds
+            return self.online + self.per_entry("call_seconds")
+        return times
 
-    @cached_property
-    def batch_speedup(self) -> np.ndarray:
-        """(entry,) ndarray: direct over method, a case in a large batch."""
-        return self._ratio("batch_speedup", self.per_entry("batch_seconds"))
+    def baseline(self, workload: str = "one") -> int:
+        """Entry of the fastest full-order method for a workload."""
+        times = self.seconds(workload)
+        return min((self.headline(name) for name in self.solvers if name in self.methods),
+                   key=lambda i: times[i] if np.isfinite(times[i]) else np.inf)
 
-    @cached_property
-    def output_speedup(self) -> np.ndarray:
-        """(entry,) ndarray: direct over method, one case, only the :attr:`partial` answer."""
-        return self._ratio("output_speedup", self.per_entry("output_seconds"))
-
-    def _ratio(self, name: str, times: np.ndarray) -> np.ndarray:
-        if name in self.data:
-            return self.per_entry(name)
+    def speedup(self, workload: str = "one") -> np.ndarray:
+        """(entry,) ndarray: time of the fastest full-order method for the same workload over the entry's time."""
+        times = self.seconds(workload)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return times[self.direct] / times
+            return times[self.baseline(workload)] / times
+
+    @cached_property
+    def break_even(self) -> np.ndarray:
+        """(entry,) ndarray: single answers after which preparation is repaid; infinite where it never is."""
+        offline, saved = self.per_entry("offline_seconds"), self.online[self.baseline()] - self.online
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(np.isnan(offline + saved), np.nan, np.where(saved > 0, offline / saved, np.inf))
+
+    # ---- errors ---------------------------------------------------------------------------------------------
 
     @cached_property
     def splits(self) -> list[str]:
@@ -124,17 +168,17 @@ class Results:
 
     def errors(self, split: str, statistic: str = "max") -> np.ndarray:
         """(entry,) ndarray: relative error over the held-out cases; statistic max, p95 or median."""
-        name = f"error_{statistic}"
-        if name not in self.data or split not in self.splits:
-            return np.full(len(self.method), np.nan)
-        return np.asarray(self.data[name].transpose("entry", "split").values[:, self.splits.index(split)], dtype=float)
+        return self.by_split(f"error_{statistic}", split)
 
     def projection_errors(self, split: str) -> np.ndarray:
         """(entry,) ndarray: best error that a method's own basis allows."""
-        if "projection_error_max" not in self.data or split not in self.splits:
+        return self.by_split("projection_error_max", split)
+
+    def by_split(self, name: str, split: str) -> np.ndarray:
+        """(entry,) ndarray: a variable along (entry, split) at one split; NaN where absent."""
+        if name not in self.data or split not in self.splits:
             return np.full(len(self.method), np.nan)
-        array = self.data["projection_error_max"].transpose("entry", "split").values
-        return np.asarray(array[:, self.splits.index(split)], dtype=float)
+        return np.asarray(self.data[name].transpose("entry", "split").values[:, self.splits.index(split)], dtype=float)
 
     def case_errors(self, entry: int, split: str) -> np.ndarray:
         """(case,) ndarray: relative error of each case, NaN where it is not held out."""
@@ -150,15 +194,31 @@ class Results:
 
     @cached_property
     def regions(self) -> list[str]:
-        """Parts of the hard split."""
-        return [str(name) for name in self.data["region"].values] if "region" in self.data.variables else []
+        """Parts that the last split keeps from training."""
+        known = "region" in self.data.variables and "error_by_region" in self.data
+        return [str(name) for name in self.data["region"].values] if known else []
 
-    def region_error(self, entry: int, region: str) -> float:
-        """Largest error in a part of the hard split; NaN where it has no case."""
-        if region not in self.regions or "error_by_region" not in self.data:
-            return float("nan")
-        array = self.data["error_by_region"].transpose("entry", "region").values
-        return float(array[entry, self.regions.index(region)])
+    @cached_property
+    def region_errors(self) -> np.ndarray:
+        """(entry, region) ndarray: largest error in each part; NaN where it has no case."""
+        if not self.regions:
+            return np.zeros((len(self.method), 0))
+        return np.asarray(self.data["error_by_region"].transpose("entry", "region").values, dtype=float)
+
+    @cached_property
+    def quantities(self) -> list[str]:
+        """Quantities that are judged beside the main one."""
+        known = "quantity" in self.data.variables and self._of_quantities
+        return [str(name) for name in self.data["quantity"].values] if known else []
+
+    def quantity_errors(self, statistic: str = "max") -> np.ndarray:
+        """(entry, split, quantity) ndarray: error of each of `quantities` over the held-out cases."""
+        name = next(name for name in self._of_quantities if name.endswith(f"_{statistic}"))
+        return np.asarray(self.data[name].transpose("entry", "split", "quantity").values, dtype=float)
+
+    @cached_property
+    def _of_quantities(self) -> list[str]:
+        return [str(name) for name in self.data if set(self.data[name].dims) == {"entry", "split", "quantity"}]
 
     def scalar(self, name: str) -> float:
         """A scalar variable; NaN where absent."""
@@ -171,12 +231,20 @@ class Results:
         """Largest maximum error that may be called trustworthy."""
         return float(self.data.attrs.get("gate", 0.05))
 
-    def passing(self, splits: list[str], level: float | None = None) -> list[int]:
-        """Entries other than `direct` within ``level`` (default: the gate) on all ``splits``, fastest first."""
-        level = self.gate if level is None else level
-        found = [i for i, name in enumerate(self.method) if name != DIRECT and np.isfinite(self.online[i])
-                 and all(self.errors(split)[i] <= level for split in splits)]
-        return sorted(found, key=lambda i: self.online[i])
+    @property
+    def validated(self) -> bool:
+        """Whether settings can be chosen by the errors of cases that are neither learned from nor judged."""
+        return "validation_error_max" in self.data
+
+    def within(self, level: float, splits: Sequence[str]) -> np.ndarray:
+        """(entry,) ndarray of bool: entries that may be chosen for a level of error on all of some splits."""
+        name = "validation_error_max" if self.validated else "error_max"
+        return np.all([self.by_split(name, split) <= level for split in splits], axis=0)
+
+    def fastest(self, allowed: np.ndarray, cost: np.ndarray) -> int | None:
+        """The entry of least cost among those allowed, full-order methods aside; None where there is none."""
+        found = [int(i) for i in np.flatnonzero(allowed) if np.isfinite(cost[i]) and self.method[i] in self.reduced]
+        return min(found, key=lambda i: cost[i], default=None)
 
     def best(self, method: str, split: str) -> int | None:
         """The method's most accurate entry on a split; None where it has no finite error."""
@@ -187,44 +255,22 @@ class Results:
     # ---- the scene ------------------------------------------------------------------------------------------
 
     @property
+    def noun(self) -> str:
+        """What one case is called."""
+        return self.text("case_noun", "case")
+
+    @property
     def partial(self) -> str:
-        """What an answer consists of where the full field is not wanted."""
-        return self.text("partial_output", "pad surface")
-
-    @property
-    def contact(self) -> bool:
-        """Whether cases are load paths of a contact scene."""
-        return "contact_error_max" in self.data
-
-    @property
-    def harmonic(self) -> bool:
-        """Whether cases have a frequency."""
-        return "frequency" in self.data.variables
-
-    @cached_property
-    def band_hz(self) -> float:
-        """Upper end of the published frequency range [Hz]."""
-        scene = SCENES.get(self.text("scene"))
-        if scene is not None and scene.harmonic:
-            return scene.band_hz
-        held_out = np.isfinite(self.case_errors(self.direct, self.splits[0]))
-        return float(self.data["frequency"].values[held_out].max())
-
-    @cached_property
-    def natural_hz(self) -> np.ndarray:
-        """(natural_mode,) ndarray [Hz]; empty where no modes were solved for."""
-        if "natural_frequency" not in self.data:
-            return np.zeros(0)
-        return np.asarray(self.data["natural_frequency"].values, dtype=float)
-
-    def modes_kept(self, entry: int) -> int | None:
-        """Number of modes that a setting names."""
-        found = re.search(r"\bmodes=(\d+)", self.setting(entry))
-        return int(found[1]) if found else None
+        """What an answer consists of where the whole is not wanted."""
+        return self.text("partial_output") or "part that is wanted"
 
     def text(self, name: str, default: str = "") -> str:
         """A global attribute as text."""
         return str(self.data.attrs.get(name, default))
+
+    def number(self, name: str) -> float:
+        """A global attribute as a number; NaN where absent."""
+        return float(self.data.attrs.get(name, np.nan))
 
     def record(self, name: str) -> Any:
         """A global attribute that holds JSON; None where absent."""

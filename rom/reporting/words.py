@@ -26,11 +26,13 @@ def power(value: float, digits: int = 2) -> str:
 
 
 def error(value: float) -> str:
-    """A relative error: percent down to 0.01 %, a power of ten below."""
+    """A relative error: percent down to 0.01 %, a power of ten below, and of percent far above."""
     if not math.isfinite(value):
         return NONE if math.isnan(value) else "unbounded"
     if value == 0:
         return "0"
+    if value >= 1e4:
+        return f"{power(100 * value)} %"
     return f"{significant(100 * value, 2)} %" if value >= 0.999e-4 else power(value)
 
 
@@ -84,6 +86,11 @@ def bound(value: float) -> str:
 def frequency(value: float) -> str:
     """``122.4 Hz``."""
     return f"{significant(value, 4)} Hz"
+
+
+def measure(value: float, unit: str) -> str:
+    """``3,200 Pa``; a plain number where the unit is 1."""
+    return f"{significant(value)} {unit}" if unit not in ("", "1") else significant(value)
 
 
 def listed(names: Sequence[str]) -> str:

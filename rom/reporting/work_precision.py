@@ -6,80 +6,80 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rom.reporting import palette, words
+from rom.reporting import words
 from rom.reporting.figure import (
+    COLUMN,
     SMALLEST,
     Figure,
     drawable,
-    error_axis,
-    gate_line,
+    error_panel,
     legend_below,
     mesh_band,
     sheet,
-    tidy,
     time_axis,
 )
-from rom.reporting.results import DIRECT, SOLVERS, Results
+from rom.reporting.results import Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 HIGHEST = 100.0
 """Errors above stand here, so that one hopeless extrapolation does not take the axis from all others."""
+Points = list[tuple["Axes", float, float, str]]
 
 
 def work_precision(found: Results) -> Figure:
-    """Online time of one case, full field, against the largest held-out error; a panel a split."""
-    figure = sheet(6.4, _title(found, "One full field", found.online))
-    panels = list(figure.subplots(1, len(found.splits), sharey=True, squeeze=False)[0])
-    lowest = _lowest(found, found.splits)
-    for axes, split in zip(panels, found.splits, strict=True):
-        _panel(axes, found, found.online, found.errors(split), lowest)
-        axes.set_title(f"{split} split", fontsize=11)
-        axes.set_xlabel("online time of one case, full field [s]")
-    panels[0].set_ylabel("largest relative error, held-out cases [1]")
-    legend_below(figure, panels)
-    return Figure("work-precision.png", figure,
-                 "Work-precision diagram. Each point is a method at one setting; filled points joined by a line are "
-                 "its best trade-offs, pale ones are settings that another of its own beats, a ring marks the headline "
-                 "setting. Left is faster, low is more accurate. Errors are over all degrees of freedom, the largest "
-                 "over the held-out cases. A solver of the full model with an arrow is more accurate than drawn; "
-                 "errors above 10,000 % stand at that level.",
-                 "Scatter of largest held-out error against online time for each method, one panel for each split.")
+    """Online time of one whole answer against the largest held-out error of the first split; beside it the others."""
+    return _figure(found, "work-precision.png", [(found.splits[0], "one")], 5.0, "One whole answer",
+                   "Each point is a method at one setting (named under the pointer): left is faster, low is more "
+                   f"accurate, for the largest error over the held-out cases of the {found.splits[0]} split. A ring "
+                   "marks the setting that stands for its method; pale points are beaten by another of its own."
+                   + _thin(found))
 
 
 def work_precision_elsewhere(found: Results) -> Figure | None:
-    """The same in a large batch and where only a part of the answer is wanted, published split."""
-    split = found.splits[0]
-    sets = [("batch_seconds", "time a case in a large batch, full field [s]", "large batch, full field"),
-            ("output_seconds", f"online time of one case, {found.partial} only [s]", f"one case, {found.partial} only")]
-    sets = [s for s in sets if np.isfinite(found.per_entry(s[0])).any()]
-    if not sets:
+    """The same on the other splits, in a large batch, and where only a part of the answer is wanted."""
+    first = found.splits[0]
+    panels = [(split, "one") for split in found.splits[1:] if np.isfinite(found.errors(split)).any()]
+    panels += [(first, what) for what in ("batch", "part") if np.isfinite(found.seconds(what)).any()]
+    if not panels:
         return None
-    name = sets[0][0]
-    what = "A full field in a large batch" if name == "batch_seconds" else f"The {found.partial} alone"
-    figure = sheet(5.4, _title(found, what, found.per_entry(name)))
-    panels = list(figure.subplots(1, len(sets), sharey=True, squeeze=False)[0])
-    for axes, (variable, label, what) in zip(panels, sets, strict=True):
-        _panel(axes, found, found.per_entry(variable), found.errors(split), _lowest(found, [split]))
-        axes.set_title(f"{what}, {split} split", fontsize=11)
-        axes.set_xlabel(label)
-    panels[0].set_ylabel("largest relative error, held-out cases [1]")
-    legend_below(figure, panels)
-    return Figure("work-precision-batch-pad.png", figure,
-                 "The same diagram where many cases are wanted at once, and for the "
-                 f"{found.partial} of one case alone. Errors are those of the full field on the {split} split.",
-                 "Scatter of largest held-out error against time a case in a batch and for a part of the answer.")
+    return _figure(found, "work-precision-elsewhere.png", panels, 1.2 + 3.3 * len(panels), "Elsewhere",
+                   "The same diagram for the splits that keep whole parts from training, in a large batch, and for "
+                   f"the {found.partial} alone (with the errors of the whole answer). Errors above "
+                   f"{words.error(HIGHEST)} stand at that level.")
 
 
-def _panel(axes: Axes, found: Results, times: np.ndarray, errors: np.ndarray, lowest: float) -> None:
-    errors = drawable(errors)
-    below = np.isfinite(errors) & (errors < lowest)
-    errors = np.minimum(np.where(below, lowest, errors), HIGHEST)
+def _thin(found: Results) -> str:
+    others = found.splits[1:]
+    return f" The thin line leads to its largest error on the {words.listed(others)} split." if others else ""
+
+
+def _figure(found: Results, file: str, sets: list[tuple[str, str]], height: float, what: str, caption: str) -> Figure:
+    labels = {"one": f"time of one {found.noun}, whole answer", "batch": f"time a {found.noun} in a large batch",
+              "part": f"time of one {found.noun}, {found.partial} only"}
+    figure = sheet(height, _title(found, what, sets[0][0]), COLUMN)
+    panels = list(figure.subplots(len(sets), 1, squeeze=False)[:, 0])
+    points: Points = []
+    for axes, (split, workload) in zip(panels, sets, strict=True):
+        points += _panel(axes, found, workload, split, whiskers=len(sets) == 1)
+        axes.set_xlabel(labels[workload])
+        axes.set_ylabel(f"largest error, {split} split")
+    legend_below(figure, panels, columns=4)
+    return Figure(file, figure, caption, f"Scatter of largest held-out error against time for each method: {what}.",
+                  points=points)
+
+
+def _panel(axes: Axes, found: Results, workload: str, split: str, whiskers: bool) -> Points:
+    times, exact = found.seconds(workload), found.errors(split)
+    lowest = _lowest(found)
+    errors = np.clip(drawable(exact), lowest, HIGHEST)
+    below = drawable(exact) < lowest
+    elsewhere = np.clip(np.max([drawable(found.errors(s)) for s in found.splits], axis=0), lowest, HIGHEST)
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    points: Points = []
     for method in found.methods:
-        colour, marker = palette.style(method)
+        colour, marker = found.style(method)
         entries = [i for i in found.entries(method) if np.isfinite([times[i], errors[i]]).all() and times[i] > 0]
         front = frontier(times, errors, entries)
         rest = [i for i in entries if i not in front]
@@ -88,37 +88,32 @@ def _panel(axes: Axes, found: Results, times: np.ndarray, errors: np.ndarray, lo
                   markeredgecolor="white", markeredgewidth=0.6, label=method, zorder=3)
         i = found.headline(method)
         if i in entries:
-            axes.plot(times[i], errors[i], "o", markerfacecolor="none", markeredgecolor=colour, markersize=14,
-                      markeredgewidth=1.3, zorder=3.5)
+            axes.plot(times[i], errors[i], "o", markerfacecolor="none", markeredgecolor=colour, markersize=13,
+                      markeredgewidth=1.2, zorder=3.5)
+            if whiskers and elsewhere[i] > errors[i]:
+                axes.plot([times[i]] * 2, [errors[i], elsewhere[i]], color=colour, linewidth=0.8, alpha=0.7)
+                axes.plot(times[i], elsewhere[i], "_", color=colour, markersize=8)
             if below[i]:
                 axes.annotate("", (times[i], 0.1 * lowest), (times[i], lowest), zorder=4,
                               arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 7})
-    gate_line(axes, found.gate)
+        points += [(axes, times[i], errors[i], f"{found.name(i)}: {words.seconds(times[i])}\n" + ", ".join(
+            f"{words.error(found.errors(s)[i])} ({s})" for s in found.splits)) for i in (*rest, *front)]
+    known = np.isfinite(times) & (times > 0)
+    if known.any():  # at least a decade, so that a lone point does not blow up the ticks
+        axes.set_xlim(10 ** (np.log10(times[known].min()) - 0.4), 10 ** (np.log10(times[known].max()) + 0.4))
+    error_panel(axes, found.gate)
     mesh_band(axes, found.scalar("mesh_floor_median"), found.scalar("mesh_floor_max"))
-    if np.isfinite(times[found.direct]):
-        axes.axvline(times[found.direct], color=palette.style(DIRECT).colour, linewidth=1.0, linestyle=":",
-                     label=f"time of {DIRECT}")
-    _room(axes, times, errors, lowest)
+    top = np.nanmax(np.append(elsewhere if whiskers else errors, 10 * lowest))
+    axes.set_ylim(lowest * 0.08, max(top, found.gate) * 3)
     time_axis(axes.xaxis)
-    error_axis(axes.yaxis)
-    axes.tick_params(labelsize=9)
-    tidy(axes)
+    return points
 
 
-def _lowest(found: Results, splits: list[str]) -> float:
+def _lowest(found: Results) -> float:
     """Where full-order solvers stand whose error is smaller still, a decade below all reduced models."""
-    reduced = [e for split in splits for e, method in zip(drawable(found.errors(split)), found.method, strict=True)
-               if method not in SOLVERS and np.isfinite(e)]
-    return max(min(reduced) / 10, SMALLEST) if reduced else SMALLEST
-
-
-def _room(axes: Axes, times: np.ndarray, errors: np.ndarray, lowest: float) -> None:
-    """At least one decade each way, so that a lone point does not blow up the ticks."""
-    times = times[np.isfinite(times) & (times > 0)]
-    if len(times):
-        axes.set_xlim(10 ** (np.log10(times.min()) - 0.5), 10 ** (np.log10(times.max()) + 0.5))
-    highest = max(np.nanmax(errors), axes.get_ylim()[1], 10 * lowest) if np.isfinite(errors).any() else 1.0
-    axes.set_ylim(lowest * 0.08, highest * 1.5)
+    entries = [i for method in found.reduced for i in found.entries(method)]
+    errors = np.array([drawable(found.errors(split))[entries] for split in found.splits])
+    return max(float(np.nanmin(errors)) / 10, SMALLEST) if np.isfinite(errors).any() else SMALLEST
 
 
 def frontier(times: np.ndarray, errors: np.ndarray, entries: list[int]) -> list[int]:
@@ -131,12 +126,8 @@ def frontier(times: np.ndarray, errors: np.ndarray, entries: list[int]) -> list[
     return chosen
 
 
-def _title(found: Results, what: str, times: np.ndarray) -> str:
-    split, gate = found.splits[0], words.error(found.gate)
-    entries = [i for i in found.passing([split]) if np.isfinite(times[i])]
-    if not entries:
-        return f"{what}: no method stays within {gate} on the {split} split"
-    i = min(entries, key=lambda k: times[k])
-    ratio = times[found.direct] / times[i]
-    speed = f", {words.ratio(ratio)} faster than {DIRECT}" if np.isfinite(ratio) and ratio >= 1 else ""
-    return f"{what} within {gate} on the {split} split is cheapest with {found.name(i)}{speed}"
+def _title(found: Results, what: str, split: str) -> str:
+    gate, i = words.error(found.gate), found.fastest(found.within(found.gate, [split]), found.online)
+    where = f"within {gate} on the {split} split"
+    return f"{what}: no reduced model stays {where}" if i is None else (
+        f"{what} {where} is cheapest with {found.method[i]}")

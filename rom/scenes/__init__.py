@@ -21,7 +21,8 @@ from rom.scenes.question import Question
 from rom.scenes.scene import Answers, Cases, Scene
 
 __all__ = ["NO_FORCE", "SCENES", "Answers", "CaseArrays", "Cases", "Input", "LinearScene", "Population", "Quantity",
-           "Question", "RangePopulation", "Scene", "get_scene", "scene_from_json", "scene_names", "scene_options"]
+           "Question", "RangePopulation", "Scene", "get_scene", "quick_scene", "scene_from_json", "scene_names",
+           "scene_options"]
 
 SCENES = {
     "static-point-forces": "rom.scenes.static_point_forces:static_point_forces",
@@ -85,6 +86,16 @@ def get_scene(name: str, fingertip: Fingertip | None = None, outputs: str = "fie
     elif fingertip is not None:
         raise ValueError(f"{name} has a body of its own and takes no 3D fingertip: leave it out")
     return factory(outputs=outputs, **options)
+
+
+def quick_scene(name: str) -> Any:
+    """The scene called ``name`` on a coarse mesh: for checks that everything runs.
+
+    A factory that takes a fingertip gets a coarse one; another says by its attribute ``quick_options`` what it takes.
+    """
+    factory = _factory(name)
+    coarse = Fingertip.preset("quick") if "fingertip" in inspect.signature(factory).parameters else None
+    return get_scene(name, coarse, **getattr(factory, "quick_options", {}))
 
 
 def scene_from_json(text: str) -> Any:

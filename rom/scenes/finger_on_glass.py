@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, dataclass, field, fields
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -19,8 +19,9 @@ from rom.bodies import Grid
 from rom.checks import real_number, shown, whole_number
 from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
 from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
+from rom.scenes.extent import Extent
 from rom.scenes.inputs import Input, Quantity
-from rom.scenes.path_answers import DEFINITIONS, QUANTITIES, RECORD, path_errors, solve_path, warm_up
+from rom.scenes.path_answers import DEFINITIONS, QUANTITIES, RECORD, path_errors, solve_path
 from rom.scenes.paths import INPUTS, NUMBERS, RANGES, PathArrays, label_paths, read_paths
 from rom.scenes.scene import Answers, Scene
 
@@ -86,6 +87,13 @@ class FingerOnGlass(Scene):
         "A case is a whole load path. Error of a case: the largest over its positions of the length of the difference "
         "over the length of the true displacement, over all nodes.")
     error_definitions: ClassVar[dict[str, str]] = DEFINITIONS
+    told_along: ClassVar[dict[str, str]] = {"force": "tangential_force", "area": "contact_area"}
+    # another seed than those on which features and settings of what learns were chosen
+    extent: ClassVar[Extent] = Extent(4817, cases=240, quick_cases=18, least_cases=15, least_beyond=3, validation=9,
+                                      batch=64, quick_batch=64, floor_scale=1.6, floor_on_all=True)
+    quick_options: ClassVar[dict[str, Any]] = {"rays": 40, "layers": 5}
+    recommended: ClassVar[str] = "pod-galerkin"
+    solver: ClassVar[str] = "Newton's method along the path, every step converged to 1e-8"
     inputs: ClassVar[tuple[Input, ...]] = INPUTS
     quantities: ClassVar[dict[str, Quantity]] = QUANTITIES
     record: ClassVar[dict[str, Quantity]] = RECORD
@@ -126,6 +134,11 @@ class FingerOnGlass(Scene):
     @property
     def n_nodes(self) -> int:
         return len(self.mesh.nodes)
+
+    @property
+    def n_free(self) -> int:
+        """Unknowns of a state: displacements off the bone, stretch out of the plane, approach of the plate."""
+        return 2 * (self.n_nodes - self.mesh.rays) + 2
 
     @property
     def n_skin(self) -> int:
@@ -172,9 +185,9 @@ class FingerOnGlass(Scene):
     # ---- labels in, labels out ------------------------------------------------------------------------------
 
     def read(self, cases: xr.Dataset) -> PathArrays:
-        if isinstance(cases, xr.Dataset):
-            self.check_origin(cases, "the batch of load paths", required=False)
-        return read_paths(cases, self.name)
+        paths = read_paths(cases, self.name)
+        self.check_origin(cases, "the batch of load paths", required=False)
+        return paths
 
     def cases_from(self, cases: PathArrays) -> xr.Dataset:
         return xr.Dataset(label_paths(cases), coords={
@@ -201,7 +214,7 @@ class FingerOnGlass(Scene):
             "skin": ("skin", mesh.skin_nodes, {"long_name": "mesh node on the skin", "units": "1"})}
 
     def label(self, cases: xr.Dataset, answers: Answers, outputs: str | None = None) -> xr.Dataset:
-        answer = self.stripped(cases).assign_coords(self.coordinates())
+        answer = self.stripped(self.batched(cases)).assign_coords(self.coordinates())
         for name, array in answers.items():
             quantity = self.quantities[name]
             answer[name] = (("case", *quantity.dims), array, {**quantity.attributes, **(
@@ -216,8 +229,7 @@ class FingerOnGlass(Scene):
 
     def values(self, answer: xr.Dataset) -> Answers:
         """Every quantity of labelled answers as plain arrays."""
-        return {name: answer[name].transpose("case", *quantity.dims).values for name, quantity in self.quantities.items()
-                if name in answer}
+        return self.plain(answer)
 
     def shape_of(self, name: str) -> tuple[int, ...]:
         """Shape of a quantity beside case and position."""
@@ -253,7 +265,7 @@ class FingerOnGlass(Scene):
     # ---- the truth ------------------------------------------------------------------------------------------
 
     def solve(self, cases: PathArrays) -> tuple[Answers, dict[str, np.ndarray]]:
-        """Paths followed with the full-order model, one after another; see :func:`rom.scenes.path_answers.solve_path`."""
+        """Paths followed with the full-order model, one after another; see `path_answers.solve_path`."""
         found = [solve_path(self, cases, i) for i in range(len(cases))]
         return ({name: np.stack([values[name] for values, _ in found]) for name in self.quantities},
                 {name: np.array([record[name] for _, record in found]) for name in self.record})
@@ -264,6 +276,9 @@ class FingerOnGlass(Scene):
     def errors(self, cases: PathArrays, answers: Answers, truth: Answers) -> dict[str, np.ndarray]:
         """(n_case, n_position) ndarrays: of the displacement, and of the contact as :data:`DEFINITIONS` say."""
         return path_errors(cases, answers, truth)
+
+    def same_on_any_mesh(self, cases: PathArrays) -> np.ndarray:
+        return cases.variant != VARIANTS.index("random")  # another mesh draws other angles
 
     # ---- identity -------------------------------------------------------------------------------------------
 
@@ -333,3 +348,10 @@ class FingerOnGlass(Scene):
 def _published_k1(variant: np.ndarray) -> np.ndarray:
     """Published fibre stiffness of each variant [Pa]."""
     return PASCAL * np.array([PUBLISHED_K1[name] for name in VARIANTS])[variant]
+
+
+@cache
+def warm_up() -> None:
+    """Compile and load what every path needs, by a path on a coarse section, so that no measured time contains it."""
+    scene = FingerOnGlass(rays=16, layers=2)
+    solve_path(scene, scene.sample(1), 0)

@@ -13,6 +13,7 @@ from rom.fingertip import Anatomy, Fingertip, FingertipBody, MeshDensity
 from rom.scenes.linear_scene import LinearScene
 from rom.scenes.population import Population
 from rom.scenes.question import Question
+from rom.scenes.scene import Scene
 
 
 def fingertip_scene(question: Question, fingertip: Fingertip, loads: Callable[[], Loads], population: Population,
@@ -52,6 +53,14 @@ def fingertip_from(record: dict[str, Any]) -> Fingertip:
     """The fingertip of a record that a fingertip scene's ``to_json`` wrote."""
     return Fingertip(Anatomy.from_dict(record["anatomy"]), MeshDensity.from_dict(record["density"]),
                      formulation=record["formulation"], rear=record["rear"])
+
+
+def fingertip_of(scene: Scene) -> Fingertip:
+    """The fingertip that a scene asks; ValueError for a scene of another body."""
+    body = getattr(scene, "body", None)
+    if not isinstance(body, FingertipBody):
+        raise ValueError(f"{scene.name} does not ask a fingertip: give one of its scenes")
+    return body.fingertip
 
 
 def normal_forces(fingertip: Fingertip) -> Callable[[], Loads]:

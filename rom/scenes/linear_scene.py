@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -15,10 +15,13 @@ from rom.bodies import Body, Grid, Loads
 from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
-from rom.scenes.cases import NO_FORCE, NO_WORD, CaseArrays, check_shapes, finite, positions_of
+from rom.scenes.cases import CaseArrays
 from rom.scenes.inputs import Quantity
-from rom.scenes.population import Population, RangePopulation
-from rom.scenes.question import PHASE, Question, default_question
+from rom.scenes.labelled_cases import LoadLabels
+from rom.scenes.labels import positions
+from rom.scenes.linear_labels import label_cases, read_cases
+from rom.scenes.population import CASES_PER_POINT, Population, RangePopulation
+from rom.scenes.question import Question, default_question
 from rom.scenes.scene import Answers, Scene
 
 RESIDUAL_LIMIT = 1e-10
@@ -129,7 +132,8 @@ class LinearScene(Scene):
             return np.empty(0, dtype=np.int64)
         if callable(self._part):
             return np.asarray(self._part())
-        return positions_of(np.asarray(self._part), self.body.dof_names, "output")
+        order = positions(self.body.dof_names, np.asarray(self._part), "the degree of freedom", "the body")
+        return np.arange(len(self._part)) if order is None else order
 
     def n_outputs(self, outputs: str) -> int:
         """Number of degrees of freedom of "field" or of the part."""
@@ -137,7 +141,7 @@ class LinearScene(Scene):
 
     def not_spatial(self) -> str | None:
         """Why a method that interpolates over the places of loads does not apply, or None."""
-        return None if self.asked.spatial else "interpolates over places and normals of loads, which this scene's have not"
+        return None if self.asked.spatial else "interpolates over places and normals, which this scene's loads have not"
 
     @property
     def band_hz(self) -> float:
@@ -158,54 +162,12 @@ class LinearScene(Scene):
     # ---- labels in ------------------------------------------------------------------------------------------
 
     def read(self, cases: xr.Dataset) -> CaseArrays:
-        if isinstance(cases, xr.Dataset):
-            self.check_origin(cases, "the batch of cases", required=False)
-        of_loads = [one for one in self.inputs if "force" in one.dims]
-        loads, points = check_shapes(cases, self.name, tuple(one.name for one in of_loads),
-                                     tuple(one.name for one in self.asked.points),
-                                     {one.name: one.default for one in self.inputs if one.default is not None})
-        column = self._columns(loads)
-        present = column != NO_FORCE
-        if not present.any(axis=1).all():
-            raise ValueError(f"case {int(np.argmin(present.any(axis=1)))} has no force: give at least one load")
-        force = finite(loads["force_amplitude"], "force_amplitude", "N")
-        if self.asked.phases:
-            force = force * np.exp(1j * finite(loads["force_phase"], "force_phase", "rad"))
-        for one in self.asked.points:
-            points[one.name] = finite(points[one.name], one.name, one.unit)
-            if (points[one.name] < 0).any():
-                raise ValueError(f"{one.name} {points[one.name].min():g} is negative: give zero or more")
-        return CaseArrays(np.where(present, column, 0), np.where(present, force, 0.0), **points)
+        return read_cases(self, cases)
 
     @cached_property
-    def _label_table(self) -> tuple[list[tuple[str, np.ndarray]], np.ndarray]:
-        """Each label's values in the order in which the loads list them, and each load's number among all of their
-        combinations."""
-        known, number = [], np.zeros(self.n_loads, dtype=np.int64)
-        for name, values in self.loads.labels.items():
-            _, first, inverse = np.unique(values, return_index=True, return_inverse=True)
-            number = number * len(first) + np.argsort(np.argsort(first))[inverse]
-            known.append((name, values[np.sort(first)]))
-        return known, number
-
-    def _columns(self, given: Mapping[str, np.ndarray]) -> np.ndarray:
-        """(n_case, n_force) ndarray of int: columns of the unit loads, or NO_FORCE where the first label names none."""
-        known, number = self._label_table
-        first, allowed = known[0]
-        wanted = positions_of(given[first], allowed, first)
-        present = wanted != NO_FORCE
-        for name, allowed in known[1:]:
-            code = positions_of(given[name][present], allowed, name)
-            if (code == NO_FORCE).any():
-                raise ValueError(f"{name} is missing where a force acts: give one of {', '.join(map(str, allowed))}")
-            wanted[present] = wanted[present] * len(allowed) + code
-        order = np.argsort(number)
-        rows = order[np.minimum(np.searchsorted(number[order], wanted), len(order) - 1)]
-        wrong = present & (number[rows] != wanted)
-        if wrong.any():
-            words = " ".join(str(given[name][wrong][0]) for name, _ in known)
-            raise ValueError(f"no load is called {words}: choose among {', '.join(self.loads.names[:8])} ...")
-        return np.where(present, rows, NO_FORCE)
+    def load_labels(self) -> LoadLabels:
+        """From labels to columns of the unit loads."""
+        return LoadLabels(self.loads.labels)
 
     def load_index(self, *labels: Any) -> int:
         """Column of the unit load with these labels, in the order of ``loads.labels``: what ``CaseArrays.node`` holds.
@@ -215,28 +177,13 @@ class LinearScene(Scene):
         ValueError
             Where no load has them.
         """
-        given = {name: np.array([[label]]) for name, label in zip(self.loads.labels, labels, strict=True)}
-        return int(self._columns(given)[0, 0])
+        given = xr.Dataset({name: ("case", [label]) for name, label in zip(self.loads.labels, labels, strict=True)})
+        return int(self.load_labels.columns(given)[0, 0])
 
     # ---- labels out -----------------------------------------------------------------------------------------
 
     def cases_from(self, cases: CaseArrays) -> xr.Dataset:
-        present = cases.force != 0.0
-        data: dict[str, Any] = {}
-        for one in self.asked.loads:
-            values = self.loads.labels[one.name]
-            words = values.dtype.kind in "UO"
-            shown = np.where(present, values[cases.node], NO_WORD if words else NO_FORCE)
-            data[one.name] = (one.dims, shown if words else shown.astype(np.int32), {
-                **one.attributes, **({} if words else {"missing_force": NO_FORCE})})
-        data["force_amplitude"] = (("case", "force"), np.abs(cases.force) if self.asked.phases else cases.force,
-                                   self.asked.amplitude.attributes)
-        if self.asked.phases:
-            data["force_phase"] = (PHASE.dims, np.angle(cases.force), PHASE.attributes)
-        for one in self.asked.points:
-            data[one.name] = ("case", getattr(cases, one.name), one.attributes)
-        return xr.Dataset(data, coords={"case": ("case", np.arange(len(cases)), {"long_name": "case", "units": "1"})},
-                          attrs={"scene": self.name, "scene_hash": self.content_hash})
+        return label_cases(self, cases)
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:  # type: ignore[override]
@@ -246,7 +193,7 @@ class LinearScene(Scene):
     def label(self, cases: xr.Dataset, answers: np.ndarray, outputs: str | None = None) -> xr.Dataset:
         part = (outputs or self.outputs) != "field"
         coordinates = self._part_coordinates if part else self._whole_coordinates
-        answer = self.stripped(cases)
+        answer = self.stripped(self.batched(cases))
         quantity = self.quantities["displacement"]
         if not part:
             answers = self.whole(answers)
@@ -267,7 +214,7 @@ class LinearScene(Scene):
     def _whole_coordinates(self) -> dict[str, tuple]:
         if self.grid is None:
             return {"dof": ("dof", self.body.dof_names, {"long_name": "degree of freedom"})}
-        return self._at_nodes(np.arange(self.grid.n_node))
+        return self.grid.coordinates(np.arange(self.grid.n_node))
 
     @cached_property
     def _part_coordinates(self) -> dict[str, tuple]:
@@ -275,20 +222,11 @@ class LinearScene(Scene):
             return {"dof": ("dof", self.body.dof_names[self.part_rows], {"long_name": "degree of freedom"})}
         count = len(self.grid.components)
         places = self.grid.free[self.part_rows].reshape(-1, count)
-        return self._at_nodes(places[:, 0] // count)
-
-    def _at_nodes(self, node: np.ndarray) -> dict[str, tuple]:
-        grid = self.grid
-        assert grid is not None
-        return {
-            "node": ("node", grid.node_names[node], {"long_name": "mesh node", "units": "1"}),
-            "component": ("component", list(grid.components), {"long_name": "component of the displacement"}),
-            **{f"node_{axis}": ("node", grid.nodes[node, i], {"long_name": text, "units": "m"})
-               for i, (axis, text) in enumerate(zip("xyz", grid.axes, strict=False))}}
+        return self.grid.coordinates(places[:, 0] // count)
 
     def values(self, answer: xr.Dataset) -> np.ndarray:
         """(n_case, n_free) ndarray [m]: displacement at the free degrees of freedom of a full-field answer."""
-        array = answer["displacement"].transpose("case", *self.quantities["displacement"].dims).values
+        array = self.plain(answer)["displacement"]
         return array if self.grid is None else self.grid.at_free(array)
 
     # ---- what methods learn from ------------------------------------------------------------------------------
@@ -331,6 +269,19 @@ class LinearScene(Scene):
         _, inverse = np.unique(points, axis=0, return_inverse=True)
         order = np.argsort(inverse, kind="stable")
         return np.split(order, np.flatnonzero(np.diff(inverse[order])) + 1)
+
+    def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
+        chosen = (rows // CASES_PER_POINT) % every == 0  # neighbours in the sampling share an operating point
+        return chosen if chosen.any() else np.ones(len(rows), dtype=bool)
+
+    @property
+    def recommended(self) -> str:  # type: ignore[override]
+        return "modal-krylov" if self.harmonic else "superposition"  # it bounds its own error; it is exact
+
+    @property
+    def solver(self) -> str:  # type: ignore[override]
+        kind = "complex" if self.harmonic else "real"
+        return f"{self.model.backend}, {kind} symmetric, symbolic phase reused"
 
     def pieces(self, cases: CaseArrays) -> list[np.ndarray]:
         """Whole groups gathered into pieces of about PIECE_CASES cases; a larger group is cut."""

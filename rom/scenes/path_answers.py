@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,15 +56,6 @@ def wanted(outputs: str) -> tuple[str, ...]:
 def area_between(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """pi W^2 / 4 [m^2] of a contact W [m] wide: the publication's."""
     return 0.25 * np.pi * (right - left) ** 2
-
-
-@cache
-def warm_up() -> None:
-    """Compile and load what every path needs, by a path on a coarse section, so that no measured time contains it."""
-    from rom.scenes.finger_on_glass import FingerOnGlass
-
-    scene = FingerOnGlass(rays=16, layers=2)
-    solve_path(scene, scene.sample(1), 0)
 
 
 def observed(seen: Observation) -> dict[str, Any]:

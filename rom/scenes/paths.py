@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from rom.checks import shown
 from rom.finger_on_glass.tissue import VARIANTS
+from rom.scenes.cases import NO_FORCE
 from rom.scenes.inputs import Input
+from rom.scenes.labelled_cases import categories, check_cases, numbers
 
 NUMBERS = {"c": "Pa", "k1": "Pa", "friction": "1", "normal_force": "N"}
 """Inputs of a path beside its variant, with their units."""
@@ -88,46 +89,21 @@ def read_paths(cases: xr.Dataset, scene: str) -> PathArrays:
     ValueError
         For a missing variable, a wrong dimension, or a value that the full-order model cannot take.
     """
-    if not isinstance(cases, xr.Dataset):
-        raise ValueError(f"cases of {scene} are of type {type(cases).__name__}: give an xarray.Dataset")
-    wanted = ["variant", *NUMBERS]
-    for name in wanted:
-        if name not in cases:
-            raise ValueError(f"cases of {scene} lack the variable {name!r}: give all of {', '.join(wanted)}")
-        if cases[name].dims != ("case",):
-            raise ValueError(f"{name} has the dimensions {cases[name].dims}: batch it along ('case',)")
-    if not cases.sizes["case"]:
-        raise ValueError(f"the batch of {scene} holds no path: give at least one")
-    numbers = {name: _number(cases[name].values, name) for name in NUMBERS}
-    return PathArrays(_variant(cases["variant"].values), **numbers)
+    check_cases(cases, scene, ["variant", *NUMBERS])
+    variant = categories(cases, "variant", ("case",), list(VARIANTS))
+    if (variant == NO_FORCE).any():
+        raise ValueError(f"path {int(np.argmin(variant))} has no variant: give one of {', '.join(VARIANTS)}")
+    return PathArrays(variant, **{name: _checked(numbers(cases, name, ("case",), unit), name)
+                                  for name, unit in NUMBERS.items()})
 
 
-def _variant(values: np.ndarray) -> np.ndarray:
-    if values.dtype.kind in "iu":
-        if ((values < 0) | (values >= len(VARIANTS))).any():
-            bad = values[(values < 0) | (values >= len(VARIANTS))][0]
-            raise ValueError(f"variant {bad} is no arrangement of fibres: give 0 to {len(VARIANTS) - 1}, which stand "
-                             f"for {', '.join(VARIANTS)}, or those names")
-        return values.astype(np.int64)
-    if values.dtype.kind not in "UO" or not all(isinstance(v, str) for v in values):
-        raise ValueError(f"variant is of type {values.dtype}: give names of {', '.join(VARIANTS)}, or their positions")
-    for value in values:
-        if value not in VARIANTS:
-            raise ValueError(f"{shown(str(value))} is no arrangement of fibres: choose from {', '.join(VARIANTS)}")
-    return np.array([VARIANTS.index(v) for v in values], dtype=np.int64)
-
-
-def _number(values: np.ndarray, name: str) -> np.ndarray:
-    unit = NUMBERS[name]
-    if values.dtype.kind not in "iuf":
-        raise ValueError(f"{name} is of type {values.dtype}: every value must be a real number of {unit}")
-    values = values.astype(float)
+def _checked(values: np.ndarray, name: str) -> np.ndarray:
     least = 0.0 if name == "friction" else np.finfo(float).tiny
     wrong = ~(np.isfinite(values) & (values >= least) & (values <= LARGEST[name]))
     if wrong.any():
         rule = "zero or more" if name == "friction" else "more than zero"
-        raise ValueError(f"{name} holds {values[wrong][0]:g}: give {rule} and at most {LARGEST[name]:g} {unit}, "
-                         "or drop the path")
+        raise ValueError(f"{name} holds {values[wrong][0]:g}: give {rule} and at most {LARGEST[name]:g} "
+                         f"{NUMBERS[name]}, or drop the path")
     return values
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,10 @@ import xarray as xr
 from rom.bodies import Grid
 from rom.checks import shown
 from rom.errors import SchemaError
+from rom.scenes.extent import Extent
 from rom.scenes.inputs import Input, Quantity
+from rom.scenes.labelled_cases import BESIDE
+from rom.scenes.labels import fields, in_order
 
 Answers = dict[str, np.ndarray]
 """By quantity, first axis always ``case``; NaN where an answer was not reached."""
@@ -63,8 +66,18 @@ class Scene(ABC):
     """The same in words."""
     case_noun: str = "case"
     error_definition: str = "||u_hat - u|| / ||u|| over all degrees of freedom"
-    error_definitions: dict[str, str] = {}
+    error_definitions: ClassVar[dict[str, str]] = {}
     """Errors that are told beside the one by which methods are judged, in words."""
+    told_along: ClassVar[dict[str, str]] = {}
+    """Quantities that results tell along the positions of a worst case, by the short names that they have there."""
+    extent: Extent = Extent()
+    """How much of the scene a comparison looks at."""
+    recommended: str = "direct"
+    """Name of the method that serves the scene best where nothing else is said."""
+    quick_options: ClassVar[dict[str, Any]] = {}
+    """Arguments of the scene's factory for a coarse mesh: a check that everything runs."""
+    solver: str = ""
+    """How the full-order model is solved, in words."""
     kind_noun: str = "load"
     """What :meth:`kinds` counts."""
     kinds_apart: bool = False
@@ -75,6 +88,11 @@ class Scene(ABC):
     grid: Grid | None = None
     doubts: tuple[str, ...] = ()
     """Why answers are not to be trusted, whatever the method."""
+
+    @property
+    def n_free(self) -> int:
+        """Unknowns of the full-order model; 0 where they are not counted."""
+        return 0
 
     @property
     def quantity(self) -> str:
@@ -127,11 +145,40 @@ class Scene(ABC):
 
     @abstractmethod
     def values(self, answer: xr.Dataset) -> Any:
-        """Plain answers of labelled whole ones: the inverse of :meth:`label`."""
+        """Plain answers of labelled whole ones, whatever their order and units: the inverse of :meth:`label`."""
 
     @abstractmethod
     def coordinates(self) -> dict[str, tuple]:
         """Coordinates of whole answers: ids, components, positions."""
+
+    def plain(self, answer: xr.Dataset) -> Answers:
+        """Every quantity of a whole answer in the order of the scene's own labels, in its own unit.
+
+        Raises
+        ------
+        SchemaError
+            For a label that is missing or stands twice, and for another unit.
+        """
+        labels = self._labels
+        return {name: fields(answer, name, {"case": None, **{dim: labels[dim] for dim in quantity.dims}}, quantity.unit)
+                for name, quantity in self.quantities.items() if name in answer}
+
+    def in_order(self, data: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
+        """A dataset with its fields in the scene's own order and units; raises as :meth:`plain`."""
+        return in_order(data, self._labels, {name: (("case", *quantity.dims), quantity.unit)
+                                             for name, quantity in self.quantities.items()}, source)
+
+    def batched(self, cases: xr.Dataset) -> xr.Dataset:
+        """Cases with the dimension ``case``, where one alone was picked by ``isel(case=...)``."""
+        if "case" in cases.dims:
+            return cases
+        mine = {*(one.name for one in self.inputs), *self.quantities, *self.record, *BESIDE}
+        return cases.drop_vars("case", errors="ignore").assign(
+            cases[[name for name in cases.data_vars if name in mine]].expand_dims("case"))
+
+    @property
+    def _labels(self) -> dict[str, np.ndarray]:
+        return {name: np.asarray(entry[1]) for name, entry in self.coordinates().items() if entry[0] == name}
 
     def check_origin(self, data: xr.Dataset, source: str = "the dataset", *, required: bool = True) -> None:
         """Refuse data of another scene, body or mesh.
@@ -150,7 +197,8 @@ class Scene(ABC):
         """
         name, digest = data.attrs.get("scene"), data.attrs.get("scene_hash")
         if name != self.name and (required or name is not None):
-            raise SchemaError(f"{source} belongs to the scene {name!r}, not to {self.name!r}: give one of this scene")
+            raise SchemaError(f"{source} belongs to the scene {shown(name)}, not to {self.name!r}: give one of this "
+                              "scene")
         if digest != self.content_hash and (required or digest is not None):
             raise SchemaError(f"{source} belongs to another body or mesh, or to other loads ({str(digest)[:12]} instead of "
                               f"{self.content_hash[:12]}): make it again for this one")
@@ -208,11 +256,23 @@ class Scene(ABC):
             The largest along further axes is the error of a case; NaN where there is no truth.
         """
 
+    def groups(self, cases: Any) -> list[np.ndarray]:
+        """Index arrays of cases that one factorization serves."""
+        return [np.array([i]) for i in range(len(cases))]
+
+    def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
+        """(k,) ndarray of bool: one in ``every`` of a dataset's cases at ``rows``, kept with what it is solved with."""
+        return np.arange(len(rows)) % every == 0
+
+    def same_on_any_mesh(self, cases: Any) -> np.ndarray:
+        """(n_case,) ndarray of bool: cases that a finer mesh answers too."""
+        return np.ones(len(cases), dtype=bool)
+
     def afresh(self) -> Self:
         """The same scene with nothing factorised yet: nobody profits from what another one made."""
         return self
 
-    def begin_piece(self) -> None:
+    def begin_piece(self) -> None:  # noqa: B027  # most models keep nothing that could
         """Before a piece is solved and timed: forget what could change its bits, make what is made once a process."""
 
     def whole(self, values: np.ndarray) -> np.ndarray:
@@ -221,7 +281,7 @@ class Scene(ABC):
 
     def pieces(self, cases: Any) -> list[np.ndarray]:
         """Index arrays of cases that are solved together, when a dataset is made."""
-        return [np.array([i]) for i in range(len(cases))]
+        return self.groups(cases)
 
     # ---- which cases ----------------------------------------------------------------------------------------
 

@@ -12,17 +12,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import cast
 
 import numpy as np
 import xarray as xr
 
-from rom.checks import choice
-from rom.fingertip import DIRECTIONS, FingertipBody
+from rom.fingertip import DIRECTIONS
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, LinearScene
 from rom.scenes.cases import finite
-from rom.scenes.harmonic_patch_forces import HARMONIC_PATCH_FORCES, site_nodes
+from rom.scenes.fingertip_scene import fingertip_of
 
 MEASURES = ("excitation", "whole")
 """Mean over the loaded nodes, mean over all moving nodes."""
@@ -39,7 +37,6 @@ def sweep_cases(scene: LinearScene, frequency: Sequence[float] | np.ndarray,
     Parameters
     ----------
     scene : LinearScene
-        Of patch forces
     frequency : (n,) array_like [Hz]
     directions : sequence of str
         Of `rom.fingertip.DIRECTIONS`.
@@ -74,8 +71,8 @@ def sweep_cases(scene: LinearScene, frequency: Sequence[float] | np.ndarray,
         finite(values, name, unit)
     if amplitude == 0:
         raise ValueError("the force amplitude is zero and moves nothing: give a positive number of N")
-    centre = site_nodes(scene)[0] if node is None else node
-    loads = np.array([scene.load_index(centre, choice("direction", one, DIRECTIONS)) for one in directions])
+    site = scene.loads.labels["load_node"][0] if node is None else node
+    loads = np.array([scene.load_index(site, direction) for direction in directions])
     count = len(points) * len(loads)
     return CaseArrays(np.tile(loads, len(points))[:, None], np.full((count, 1), float(amplitude)),
                       np.repeat(points, len(loads)), np.full(count, float(loss_factor)))
@@ -83,7 +80,7 @@ def sweep_cases(scene: LinearScene, frequency: Sequence[float] | np.ndarray,
 
 def moving_nodes(scene: LinearScene) -> np.ndarray:
     """(n_free / 3,) ndarray of int: nodes that neither bone nor a fixed rear holds, in the order of the free dofs."""
-    return scene.body.dof_names[::3] // 3
+    return fingertip_of(scene).free_dofs[::3] // 3
 
 
 def magnitudes(values: np.ndarray) -> np.ndarray:
@@ -99,7 +96,6 @@ def receptances(scene: LinearScene, cases: CaseArrays, values: np.ndarray) -> tu
     Parameters
     ----------
     scene : LinearScene
-        Of patch forces
     cases : CaseArrays
         One force each.
     values : (n_case, n_free) ndarray [m]
@@ -118,7 +114,6 @@ def receptances(scene: LinearScene, cases: CaseArrays, values: np.ndarray) -> tu
     """
     if cases.node.shape[1] != 1:
         raise ValueError(f"the cases have {cases.node.shape[1]} forces each: a receptance belongs to one force")
-    tip = cast(FingertipBody, scene.body).fingertip
     moving, size = moving_nodes(scene), magnitudes(values)
     force = np.abs(cases.force[:, 0])
     receptance = np.empty((len(cases), len(MEASURES)), dtype=complex)
@@ -127,8 +122,8 @@ def receptances(scene: LinearScene, cases: CaseArrays, values: np.ndarray) -> tu
     for load in np.unique(cases.node):
         mine = cases.node[:, 0] == load
         centre = int(scene.loads.labels["load_node"][load])
-        loaded = np.searchsorted(moving, tip.mesh.skin_patch(centre))
-        along = tip.skin_frame(centre)[str(scene.loads.labels["direction"][load])]
+        loaded = np.searchsorted(moving, fingertip_of(scene).mesh.skin_patch(centre))
+        along = fingertip_of(scene).skin_frame(centre)[DIRECTIONS[load % len(DIRECTIONS)]]
         # the unit load is the direction shared equally by the patch's nodes: its product is their mean along it
         column = scene.unit_loads[:, load]
         rows = np.flatnonzero(column)
@@ -169,9 +164,9 @@ def frequency_response(model: Metamodel, frequency: Sequence[float] | np.ndarray
     NotFittedError
     """
     scene = model.scene
-    if scene.name != HARMONIC_PATCH_FORCES.name:
+    if scene.name != "harmonic-patch-forces":
         raise ValueError(f"{model.name} answers {scene.name}: a frequency response needs the scene "
-                         f"{HARMONIC_PATCH_FORCES.name}")
+                         "harmonic-patch-forces")
     cases = sweep_cases(scene, frequency, directions, node=node, amplitude=amplitude, loss_factor=loss_factor)
     receptance = np.empty((len(cases), len(MEASURES)), dtype=complex)
     driving = np.empty(len(cases), dtype=complex)

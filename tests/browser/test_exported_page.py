@@ -43,7 +43,7 @@ def test_the_bytes_answer_as_python_at_every_pad_node(inside, krylov, frequency,
 
 
 def test_the_whole_surface_moves(inside, krylov):
-    tip = krylov.scene.fingertip
+    tip = krylov.scene.body.fingertip
     cases = CaseArrays(np.array([[2, 5]]), np.array([[0.1, -0.3]]), np.array([150.0]), np.array([0.1]))
     field = krylov.scene.on_all_nodes(krylov.evaluate(cases, "field"))[0]
     ours = inside.displacement(np.array([2, 5]), np.array([0.1, -0.3]), 150.0, 0.1)
@@ -85,6 +85,25 @@ def test_it_needs_no_server_and_says_what_does(exported, visit):
     one.shows("f=300&")
     one.page.wait_for_selector("#frf .u-over")
     assert {url.partition(":")[0] for url in one.requests} <= {"file", "data", "blob"}
+
+
+def test_nothing_foreign_runs_in_it_and_it_asks_nobody(exported, visit, server):
+    one = visit(f"file://{exported}")
+    before = len(one.errors)
+    found = one.page.evaluate("""async address => {
+        const script = document.createElement("script");
+        script.textContent = "window.foreign = 1";
+        document.body.append(script);
+        const image = document.createElement("img");
+        image.setAttribute("onerror", "window.foreign = 2");
+        image.src = address;
+        document.body.append(image);
+        const asked = await fetch(address, {mode: "no-cors"}).then(() => "answered", () => "refused");
+        await new Promise(done => setTimeout(done, 300));
+        return [window.foreign ?? null, asked]; }""", server)
+    assert found == [None, "refused"]
+    assert all("Content Security Policy" in error for error in one.errors[before:])
+    del one.errors[before:]
 
 
 def test_it_is_small_and_bears_its_licences(exported):

@@ -195,6 +195,57 @@ def test_saving(server, visit, tmp_path, button, name, begins):
     assert data.startswith(begins)
 
 
+def bytes_in_use(page):
+    """Of the page's scripts, after what nobody needs has been let go."""
+    devtools = page.context.new_cdp_session(page)
+    devtools.send("HeapProfiler.collectGarbage")
+    used = devtools.send("Runtime.getHeapUsage")
+    return used["usedSize"] + used["backingStorageSize"]
+
+
+def test_dragging_leaves_nothing_behind_in_the_page(server, visit):
+    one = visit(f"{server}?f=100")
+
+    def drag(steps):
+        one.page.evaluate("""async steps => {
+            const slider = document.getElementById("frequency"), view = document.getElementById("view");
+            for (let i = 0; i <= steps; i++) {
+                const {frames} = view.dataset;
+                slider.value = i < steps ? 50 + i : 100;
+                slider.dispatchEvent(new Event("input"));
+                while (view.dataset.frames === frames) await new Promise(done => setTimeout(done, 5));
+            } }""", steps)
+        one.shows("f=100&")
+        return bytes_in_use(one.page)
+
+    drag(30)  # what is compiled, and drawn for the first time
+    before = drag(30)
+    assert drag(100) - before < 100 * 3000  # an arrow's buffers alone have 5 kB, a picture's arrays 4 kB
+
+
+def test_residuals_that_never_come_are_not_waited_for(server, visit):
+    one = visit(server)
+    ask = """async count => {
+        const {ServerEngine} = await import("/page/server_engine.js"), real = window.WebSocket;
+        window.WebSocket = class {
+            constructor() { setTimeout(() => this.onopen()); }
+            send(text) {
+                const {id} = JSON.parse(text), words = {id, answer: "field", residual: null};
+                const header = new TextEncoder().encode(JSON.stringify(words));
+                const message = new Uint8Array(200);
+                new DataView(message.buffer).setUint32(0, header.length, true);
+                message.set(header, 4);
+                queueMicrotask(() => this.onmessage({data: message.buffer}));
+            } };
+        window.engine = new ServerEngine(() => {});
+        await window.engine.hello();
+        window.WebSocket = real;
+        for (let i = 0; i < count; i++) await window.engine.field({}, {onIndicators: () => {}}); }"""
+    before = bytes_in_use(one.page)
+    one.page.evaluate(ask, 8000)
+    assert bytes_in_use(one.page) - before < 8000 * 50  # one that is still waited for takes 150
+
+
 @pytest.mark.parametrize("cut", ["none", "x:15"])
 def test_phone(server, visit, cut):
     one = visit(f"{server}?f=120&cut={cut}", viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True)

@@ -90,7 +90,7 @@ def test_files(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(("words", "say"), [
-    (["--directions", "up"], "direction='up' is unknown"), (["--directions", "normal,normal"], "at most once"),
+    (["--directions", "up"], "direction holds 'up'"), (["--directions", "normal,normal"], "at most once"),
     (["--method", "pod-galerkin"], "--method got 'pod-galerkin': choose one of"), (["--step", 0], "--step is 0 Hz"),
     (["--from", "nan"], "--from is nan Hz"), (["--to", -5], "--to is -5 Hz"), (["--from", 50, "--to", 20], "swap them"),
     (["--step", 1e-9], "raise --step"), (["--loss-factor", -1], "the loss factor -1"),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
 from rom.cli import main
 from rom.datasets import make_dataset, make_whole_dataset
+from rom.datasets.tensors import read_attributes
 from rom.metamodels import create, load
-from rom.metamodels.networks.files import read_attributes
 from rom.metamodels.networks.sizes import SIZES, settings_of_size
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from rom.comparison.path_errors import DEFINITIONS, QUANTITIES, contact_errors, displacement_errors
 
 

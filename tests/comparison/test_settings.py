@@ -1,8 +1,8 @@
 """Which settings are compared: every method that applies, one headline each, refusals with their reason."""
 
 import pytest
-
 from rom.comparison.settings import COMPARED, CURVES, NOT_APPLICABLE, QUICK_CURVES, constructor_settings, label
+
 from rom.comparison.side_by_side import chosen_curves, compare
 from rom.metamodels import METHODS, applicable, create
 from rom.metamodels.registry import CONTACT_METHODS

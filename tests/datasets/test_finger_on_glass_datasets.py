@@ -1,7 +1,6 @@
 """Datasets of load paths: drawn, solved on workers, resumed, read, refused."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,6 @@ from rom.datasets import draw_cases, make_dataset, read_dataset, select, snapsho
 from rom.errors import SchemaError
 from rom.scenes import get_scene
 from rom.scenes.path_answers import QUANTITIES, solve_path
-
-
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import pytest
 import xarray as xr
 
 from rom.datasets import SCHEMA_VERSION, check_schema, read_dataset, write_dataset
-from rom.datasets.schema import decode_complex, encode_complex, from_parts, to_parts
 from rom.errors import SchemaError
 from rom.fingertip import TISSUES
+from rom.scenes.complex_parts import decode_complex, encode_complex
 
 
 @pytest.fixture(params=["static", "harmonic"])
@@ -114,10 +114,6 @@ def test_stored_truth_is_verified(data):
 
 
 def test_parts_are_the_complex_numbers(harmonic_data):
-    values = np.array([[1 + 2j, -3.5j], [0.25, -1e-300 + 4j]])
-    np.testing.assert_array_equal(from_parts(to_parts(values)), values)
-    np.testing.assert_array_equal(to_parts(values.T)[..., 1], values.T.imag)  # not contiguous
-    assert from_parts(to_parts(values.astype(np.complex64))).dtype == np.complex64
     few = harmonic_data.isel(case=slice(2))
     xr.testing.assert_identical(decode_complex(encode_complex(few)), few)
 
@@ -129,7 +125,7 @@ def test_truncated_files_are_refused(file, tmp_path, share):
     cut = tmp_path / "cut.nc"
     content = file.read_bytes()
     cut.write_bytes(content[:int(share * len(content))])
-    refused(cut, "truncated or no netCDF file")
+    refused(cut, "truncated")
 
 
 def test_damaged_content_is_refused(data, tmp_path):

@@ -263,7 +263,7 @@ def test_damaged_foreign_and_whole_files_are_refused(file, harmonic_file, tmp_pa
 
 
 def test_more_than_memory_is_refused(file, monkeypatch):
-    monkeypatch.setattr("rom.datasets.storage.MOST_BYTES", 1e6)
+    monkeypatch.setattr("rom.datasets.reduced.MOST_BYTES", 1e6)
     with pytest.raises(ValueError, match=r"40500 cases of .* name fewer"):
         read_dataset(file)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from analysis.receptance_sensitivity import receptance_sensitivity, reduced_receptance_sensitivity
 from analysis.tissue_damped_rom import TissueDampedModel
+from analysis.tissue_damping import ASSUMED_LOSS_FACTORS, damped_model
 
 from rom.fullorder import SecondOrderModel
 from rom.vibration.matrix_derivatives import projected_derivatives
 from rom.vibration.parameters import parameters, with_parameter
-from rom.vibration.tissue_damping import ASSUMED_LOSS_FACTORS, damped_model
 
 STEP = 2e-5
 NAMES = ("fingertip_height", "bone_length", "stratum_corneum_thickness", "shape.lower_exponent",

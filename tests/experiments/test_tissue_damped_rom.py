@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from analysis.tissue_damped_rom import TissueDampedModel
+from analysis.tissue_damping import ASSUMED_LOSS_FACTORS, damped_model, modal_loss_factors, with_contrast
 
 from rom.fingertip.fingertip import DIRECTIONS
 from rom.fullorder import SecondOrderModel
-from rom.vibration.tissue_damping import ASSUMED_LOSS_FACTORS, damped_model, modal_loss_factors, with_contrast
 
 FREQUENCY = np.array([60.0, 125.0, 230.0])
 

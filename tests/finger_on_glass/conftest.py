@@ -1,10 +1,15 @@
 """Coarse fingers and paths, followed once for all tests of the section."""
 
+import sys
+from pathlib import Path
+
 import pytest
 
 from rom.finger_on_glass.finger import Finger
 from rom.finger_on_glass.path import LoadPath, follow
 from rom.finger_on_glass.tissue import VARIANTS, Tissue
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "experiments"))  # what experiments alone need is tested here too
 
 SLIDING = LoadPath((0.1, 0.2, 0.3, 0.4, 0.5), (0.5, 1.0, 2.0, 3.0, 4.0))
 

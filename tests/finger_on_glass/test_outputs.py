@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis.contact_outputs import receptor_strain, smoothed, stretches
 
 from rom.finger_on_glass.observation import along_plate
-from rom.finger_on_glass.outputs import receptor_strain, smoothed, stretches
 
 GRADIENT = np.array([[1.1, 0.2], [-0.1, 0.95]])
 

@@ -3,10 +3,9 @@
 
 import numpy as np
 import pytest
+from hostile import EXTREME, HOSTILE, numbers, one_line, refuses_or_makes, things
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from hostile import EXTREME, HOSTILE, numbers, one_line, refuses_or_makes, things
 
 from rom.errors import AnatomyError, SolverError
 from rom.fingertip import TISSUES, Anatomy, Fingertip, MeshDensity, Tissue

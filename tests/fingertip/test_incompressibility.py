@@ -13,8 +13,10 @@ import pytest
 import skfem
 
 from rom.fingertip import MeshDensity
-from rom.fingertip.elements import _TO_SKFEM, assemble, element_stiffness
+from rom.fingertip.elements import assemble, element_stiffness
 from rom.fullorder import SecondOrderModel, factorize
+
+_TO_SKFEM = [0, 4, 3, 1, 7, 5, 2, 6]  # scikit-fem's local vertex k is this vertex of the VTK order
 
 
 def wave(x):

@@ -6,28 +6,30 @@ import numpy as np
 import pytest
 
 from rom.commands.progress import patient_bar
-from rom.comparison.entries import fit_entries
-from rom.comparison.settings import QUICK_CURVES
-from rom.comparison.side_by_side import SEED, beyond_count, find_truth, no_progress
+from rom.comparison.entries import fit_or_load
+from rom.comparison.truth import find_truth, truth_path
 from rom.interactive import models as offered
 from rom.interactive.models import MODAL, REFERENCE, Models
+from rom.metamodels import Curve
+from rom.metamodels.modal import ModalKrylov
+from rom.metamodels.pod import PodGalerkin
 from rom.metamodels.validity import ValidityWarning
 from rom.scenes import CaseArrays
+from rom.scenes.extent import Extent
 
 
 @pytest.fixture
 def few(monkeypatch, tmp_path):
-    """A cache of its own, few cases, and POD alone to learn."""
+    """A cache of its own, few cases, a small POD, no torch; the number of cases."""
     monkeypatch.setenv("ROM_CACHE", str(tmp_path))
-    curves = {name: {method: curve for method, curve in curves.items() if method in ("direct", "pod-galerkin")}
-              for name, curves in QUICK_CURVES.items()}
-    monkeypatch.setattr(offered, "QUICK_CURVES", {
-        name: {**curves, **{method: QUICK_CURVES[name][method] for method in ("superposition", "mlp", "transformer")
-                            if method in QUICK_CURVES[name]}}
-        for name, curves in curves.items()})
-    monkeypatch.setattr(offered, "QUICK_CASES", 96)
+    monkeypatch.setattr("rom.scenes.LinearScene.extent", Extent(quick_cases=96))
+    monkeypatch.setattr(PodGalerkin, "quick_curve", classmethod(lambda cls, scene: Curve(({"rank": 10},))))
     monkeypatch.setattr(offered, "_torch_is_there", lambda: False)
-    return curves
+    return 96
+
+
+def truth_of(scene, cases):
+    return truth_path(scene, cases, scene.extent.beyond(cases), scene.extent.seed)
 
 
 def recorded(steps):
@@ -50,17 +52,63 @@ def test_the_first_start_fits_and_the_next_one_reads(few, tiny_tip):
     assert models.model("modal", False) is models.model("modal", True)
 
 
-def test_a_damaged_model_is_fitted_again(few, tiny_tip, caplog):
+def damaged(kind, good):
+    """A cached file's bytes after damage."""
+    random = np.random.default_rng(7)
+    if kind == "flipped":
+        return bytes(byte ^ 0xff if flip else byte for byte, flip in zip(good, random.random(len(good)) < 1e-3,
+                                                                         strict=True))
+    return {"foreign": b"no netCDF", "empty": b"", "truncated": good[:len(good) // 2],
+            "header": random.bytes(512) + good[512:]}[kind]
+
+
+@pytest.mark.parametrize("kind", ["foreign", "empty", "truncated", "header", "flipped"])
+def test_a_damaged_model_is_named_and_fitted_again(few, tiny_tip, caplog, kind):
     models = Models(tiny_tip, quick=True)
     models.prepare(recorded([]))
-    models.sources[REFERENCE, True].path.write_bytes(b"no netCDF")
+    path = models.sources[REFERENCE, True].path
+    path.write_bytes(damaged(kind, path.read_bytes()))
     with caplog.at_level(logging.WARNING):
         again = Models(tiny_tip, quick=True)
         again.prepare(recorded([]))
-    assert "fitted again" in caplog.text
+    assert f"fitted again: {path}" in caplog.text
+    assert "Traceback" not in caplog.text
     one = CaseArrays(np.array([[2]]), np.array([[0.1]]), np.array([90.0]), np.array([0.2]))
     values = [each.model(REFERENCE, True).evaluate(one, "field") for each in (models, again)]
     np.testing.assert_allclose(values[1], values[0], rtol=1e-9, atol=1e-12 * np.abs(values[0]).max())
+
+
+def test_whatever_a_reader_makes_of_damage_stops_nobody(few, tiny_tip, caplog, monkeypatch):
+    models = Models(tiny_tip, quick=True)
+    models.prepare(recorded([]))
+
+    def read(path, scene):
+        raise AttributeError("NetCDF: HDF error")
+
+    monkeypatch.setattr(offered, "load", read)
+    monkeypatch.setattr(ModalKrylov, "save", refuse)
+    Models(tiny_tip, quick=True).prepare(recorded([]))
+    assert f"{models.sources[REFERENCE, True].path} cannot be read (AttributeError('NetCDF: HDF error'))" in caplog.text
+    assert "cannot be written" in caplog.text
+
+
+def refuse(*_, **__):
+    raise PermissionError(13, "Permission denied")
+
+
+def test_damaged_snapshots_and_learners_are_made_anew_on_demand(few, tiny_tip, caplog):
+    models = Models(tiny_tip, quick=True)
+    models.fit_all(recorded([]))
+    pod = models.sources["pod-galerkin", True].path
+    truth = truth_of(models.harmonic, few)
+    for path in (pod, truth):
+        path.write_bytes(b"no netCDF")
+    again = Models(tiny_tip, quick=True)
+    with pytest.raises(ValueError, match="rom serve --fit"):
+        again.model("pod-galerkin", True)
+    again.fit_all(recorded([]))
+    assert f"solved again: {truth}" in caplog.text
+    assert again.model("pod-galerkin", True).learns
 
 
 def test_what_learns_is_fitted_on_demand_just_as_a_comparison_fits_it(few, tiny_tip, monkeypatch):
@@ -72,18 +120,18 @@ def test_what_learns_is_fitted_on_demand_just_as_a_comparison_fits_it(few, tiny_
     with pytest.raises(ValueError, match="needs torch"):
         models.model("transformer", False)
     scene = models.harmonic
-    truth = find_truth(scene, 96, beyond_count(96), SEED, no_progress)
-    entries, _ = fit_entries(scene, few[scene.name], truth, iter)
-    headline = next(entry for entry in entries if entry.method == "pod-galerkin" and entry.headline)
-    assert headline.keys["published"] == models.sources["pod-galerkin", True].path.stem
+    truth = find_truth(scene, few, scene.extent.beyond(few), scene.extent.seed, lambda items, _: items)
+    headline = fit_or_load(PodGalerkin, scene, {"rank": 10}, truth)
     cases = scene.sample(3, seed=4)
     with pytest.warns(ValidityWarning):
-        expected = headline.model.predict(scene.cases_from(cases))
+        expected = headline.predict(scene.cases_from(cases))
     np.testing.assert_array_equal(models.model("pod-galerkin", True).evaluate(cases, "field"), scene.values(expected))
 
 
 def test_what_cannot_be_fitted_is_left_out_with_its_reason(few, tiny_tip, monkeypatch, caplog):
-    monkeypatch.setattr(offered, "QUICK_CASES", 16)
+    monkeypatch.setattr(PodGalerkin, "quick_curve", classmethod(
+        lambda cls, scene: Curve(({"rank": 60 if scene.harmonic else 6},))))
+    monkeypatch.setattr("rom.scenes.LinearScene.extent", Extent(quick_cases=16))
     models = Models(tiny_tip, quick=True)
     models.fit_all(recorded([]))
     assert "pod-galerkin is left out: rank 60 is out of reach" in caplog.text

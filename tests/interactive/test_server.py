@@ -4,17 +4,17 @@ import asyncio
 import json
 import os
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 
 import aiohttp
 import meshio
 import numpy as np
 import pytest
-from aiohttp.test_utils import TestClient, TestServer
 
 from rom.datasets import read_dataset
 from rom.interactive import wire
-from rom.interactive.server import make_application
-from rom.metamodels import METHODS
+from rom.interactive.server import listen, make_application, opened
+from rom.metamodels import method_names
 
 PATIENCE = 120.0
 
@@ -61,9 +61,12 @@ def talk(engine, page):
     """Run a coroutine function that takes a client of a server of its own."""
     @asynccontextmanager
     async def serving():
-        application = make_application(engine, folder=page)
-        async with TestServer(application, host="127.0.0.1") as server, TestClient(server) as client:
-            yield client
+        with listen("127.0.0.1", 0) as bound:
+            host, port = bound.getsockname()
+            async with (opened(make_application(engine, folder=page), bound) as door,
+                        aiohttp.ClientSession(f"http://{host}:{port}") as session):
+                yield SimpleNamespace(get=session.get, post=session.post, ws_connect=session.ws_connect, host=host,
+                                      port=port, door=door)
 
     def run(scenario):
         async def whole():
@@ -94,7 +97,7 @@ def test_hello_brings_geometry_and_methods(talk, engine):
         assert header["answer"] == "hello"
         assert header["ready"] is True
         assert header["pad_center"] == engine.limits.pad_center
-        assert [method["name"] for method in header["methods"]] == list(METHODS)
+        assert [method["name"] for method in header["methods"]] == method_names()
         assert arrays["triangles"].max() < len(arrays["vertices"]) == len(arrays["vertex_node"])
         np.testing.assert_array_equal(arrays["vertex_node"][arrays["pad_vertex"]], engine.tip.mesh.pad_nodes)
         np.testing.assert_allclose(arrays["vertices"], 1e3 * engine.tip.mesh.nodes[arrays["vertex_node"]], rtol=1e-6)
@@ -324,7 +327,7 @@ def test_nothing_but_the_pages_files_is_served(talk, path):
 
     async def scenario(client):
         url = URL(f"http://{client.host}:{client.port}{path}", encoded=True)
-        async with client.session.get(url) as response:
+        async with client.get(url) as response:
             assert response.status == 404
             assert "secret" not in await response.text()
     talk(scenario)
@@ -387,7 +390,7 @@ def test_a_saved_field_is_read_back(talk, engine, tmp_path, frequency):
     data = read_dataset(tmp_path / "field.nc")
     np.testing.assert_array_equal(data["displacement"].values[0], expected)
     scene = engine.scene(state)
-    read = scene.case_arrays(data)
+    read = scene.read(data)
     for one, other in zip(read, engine.cases(state, scene), strict=True):
         np.testing.assert_array_equal(one, other)
     assert data.attrs["method"] == "modal-krylov"

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import synthetic_results
 import xarray as xr
 
-from rom.reporting import full_scale
-from rom.reporting.network_verdict import network_table, network_verdict
-from rom.reporting.page import page
+from rom.reporting import full_scale, words
+from rom.reporting.network_verdict import network_tables, network_verdict
+from rom.reporting.report import page
 from rom.reporting.results import Results
 
 TRAINED = {"mlp": 0.02, "mlp-residual": 0.004}
@@ -57,9 +59,16 @@ def said(found: Results, word: str) -> str:
     return next(sentence for sentence in network_verdict(found) if word in sentence)
 
 
+def row(table: str, method: str, setting: str) -> str:
+    """One row of a table, as plain words."""
+    rows = [re.sub(r"<[^>]+>", " ", one).replace("\u00a0", " ") for one in table.split("<tr")]
+    return next(one for one in rows if re.search(rf"\s{method}\s+{setting}\s", one))
+
+
 def test_every_held_out_case_is_counted():
-    text = said(with_full_scale(), "mlp-residual (trained=large), from")
-    assert "516,240 cases" in text and "all 129,060 held-out cases" in text and "at most 0.4 % off" in text
+    first, _ = network_tables(with_full_scale())
+    told = row(first, "mlp-residual", "trained=large")
+    assert "516,000" in told and "129,060" in told and "0.4 %" in told
 
 
 def test_wins_and_losses_follow_from_error_and_time():
@@ -72,29 +81,23 @@ def test_wins_and_losses_follow_from_error_and_time():
     assert "pod-regression" in worse.split("farther off and slower than")[1]
 
 
-def test_price_extrapolation_peaks_precision_and_few_snapshots_are_told():
+def test_price_extrapolation_and_peaks_are_told():
     found = with_full_scale()
-    assert "516,240 answers that mlp learned from" in said(found, "presupposes")
-    assert "Unseen node (hard split), largest error: modal-krylov" in said(found, "Unseen node (hard")
-    assert "301-400 Hz (published split)" in said(found, "301-400 Hz (pub")
-    assert "60 frequency responses" in said(found, "resonance peak")
-    assert "All networks stay below 10 ms" in said(found, "batch of one")
-    assert "off by 0.4 % instead of 0.4 %" in said(found, "double instead of single")
-    assert "mlp 90 % and 40 %" in said(found, "143 and 1,147 snapshots")
-
-
-def test_slow_networks_are_named():
-    found = with_full_scale()
-    found.data["online_seconds"][found.headline("mlp")] = 0.03
-    assert "Slower than 10 ms: mlp." in said(Results(found.data), "batch of one")
+    direct = 516240 * found.seconds("batch")[found.baseline("batch")]
+    assert f"many at once, would take {words.seconds(direct)}" in said(found, "516,240 answers that mlp learned from")
+    _, second = network_tables(found)
+    assert "unseen node" in second and "60 frequency responses" in second
+    told = row(second, "mlp", "")
+    assert words.error(full_scale.by(found, "full_scale_region", found.headline("mlp"), "hard")[2]) in told
+    assert re.search(r"0\.3\s+1 %", told)  # Hz and height of synthetic peaks
 
 
 def test_results_without_networks_at_full_scale_say_nothing():
     plain = Results(synthetic_results.make())
-    assert list(network_verdict(plain)) == [] and network_table(plain) == ""
+    assert list(network_verdict(plain)) == list(network_tables(plain)) == []
     assert full_scale.error_over_population(plain) is None and full_scale.pad_map(plain) is None
     assert full_scale.fewer_snapshots(plain) is None
-    assert "Networks at full scale" not in page(plain, [])
+    assert "whole published population" not in page(plain, {})
 
 
 @pytest.mark.parametrize("draw", [full_scale.error_over_population, full_scale.pad_map, full_scale.fewer_snapshots])
@@ -106,5 +109,5 @@ def test_figures_are_drawn(draw, errors, tmp_path):
 
 
 def test_the_page_has_the_table():
-    text = page(with_full_scale(), [])
-    assert "Networks at full scale" in text and "129,060" in text
+    text = page(with_full_scale(), {})
+    assert "whole published population" in text and "129,060" in text

@@ -84,8 +84,8 @@ def test_labels_and_arrays_are_inverse(scene):
 @pytest.mark.parametrize(("name", "value", "message"), [
     ("c", 0.0, "c holds 0: give more than zero"), ("k1", np.nan, "k1 holds nan"),
     ("friction", -0.1, "friction holds -0.1: give zero or more"), ("normal_force", 1e9, "at most 1000 N"),
-    ("variant", 3, "variant 3 is no arrangement"), ("c", "soft", "must be a real number of Pa"),
-    ("variant", "crossed", "'crossed' is no arrangement of fibres")])
+    ("variant", 3, "variant holds 3, which stands for nothing"), ("c", "soft", "must be a real number of Pa"),
+    ("variant", "crossed", "variant holds 'crossed': choose from radial")])
 def test_bad_paths_are_refused_in_one_sentence(scene, name, value, message):
     cases = scene.cases_from(scene.sample(1)).assign({name: ("case", np.array([value]))})
     with pytest.raises(ValueError, match=message) as refusal:
@@ -99,7 +99,7 @@ def test_missing_and_misshapen_variables_are_refused(scene):
         scene.read(cases.drop_vars("k1"))
     with pytest.raises(ValueError, match="batch it along"):
         scene.read(cases.assign(c=("position", np.ones(32))))
-    with pytest.raises(ValueError, match="holds no path"):
+    with pytest.raises(ValueError, match="holds no case"):
         scene.read(cases.isel(case=slice(0)))
     with pytest.raises(ValueError, match=r"give an xarray\.Dataset"):
         scene.read(3)

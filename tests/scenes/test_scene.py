@@ -72,10 +72,10 @@ def test_nodes_off_the_pad_are_refused(harmonic, cases):
 
 def test_nodes_that_are_no_whole_numbers_are_refused(harmonic, cases):
     pad = float(harmonic.body.fingertip.mesh.pad_nodes[0])
-    for value in (pad + 0.5, np.nan):
-        refused(harmonic, changed(cases, "load_node", value), "load_node", "whole number")
+    refused(harmonic, changed(cases, "load_node", pad + 0.5), "load_node", "whole number")
+    refused(harmonic, changed(cases, "load_node", np.nan), "no load_node: give both, or neither")
     words = cases.assign(load_node=(("case", "force"), np.full((12, 1), "thumb")))
-    refused(harmonic, words, "load_node", "whole number")
+    refused(harmonic, words, "load_node 'thumb' cannot carry load")
     arrays = harmonic.read(cases.assign(load_node=cases["load_node"].astype(float)))
     np.testing.assert_array_equal(arrays.node, harmonic.read(cases).node)
 
@@ -91,21 +91,24 @@ def test_values_that_are_no_numbers_are_refused(harmonic, cases):
 
 
 def test_shapes_that_do_not_fit_are_refused(harmonic, static, cases, static_cases):
-    refused(harmonic, cases.assign(frequency=100.0), "frequency", "('case',)")
-    refused(harmonic, cases.isel(case=0), "'case'")
+    refused(harmonic, cases.assign(frequency=("force", [100.0])), "frequency", "('case',)")
     refused(harmonic, cases.isel(case=slice(0)), "no case")
-    refused(static, static_cases.assign(force_amplitude=static_cases["force_amplitude"].isel(force=0)), "shape")
+    refused(static, static_cases.assign(force_amplitude=static_cases["force_amplitude"].isel(force=0)),
+            "one value for each of the 3 forces")
     refused(static, static_cases.assign(load_node=static_cases["load_node"].expand_dims(hand=2)), "load_node")
 
 
 def test_a_case_without_a_force_is_refused(static, static_cases):
-    refused(static, changed(static_cases, "load_node", NO_FORCE, at=5), "case 5 has no force")
+    silent = changed(changed(static_cases, "load_node", NO_FORCE, at=5), "force_amplitude", 0.0, at=5)
+    refused(static, silent, "case 5 has no force")
 
 
-def test_amplitudes_where_no_force_acts_do_not_count(static, static_cases):
+def test_amplitudes_where_no_force_acts_are_refused_or_missing(static, static_cases):
     empty = static_cases["load_node"].values == NO_FORCE
     loud = static_cases.assign(force_amplitude=static_cases["force_amplitude"].where(~empty, 9.0))
-    np.testing.assert_array_equal(static.read(loud).force, static.read(static_cases).force)
+    refused(static, loud, "has the amplitude 9 N but no load_node")
+    missing = static_cases.assign(force_amplitude=static_cases["force_amplitude"].where(~empty))
+    np.testing.assert_array_equal(static.read(missing).force, static.read(static_cases).force)
 
 
 def test_labels_hold_the_whole_mesh_and_its_held_bone(harmonic, cases):

@@ -4,14 +4,14 @@ import collections
 
 import numpy as np
 import pytest
+from atlas import AXES, OUTCOMES, atlas, levels
+from atlas.excitation_extremes import _crossing
+from atlas.level import SCENES, default_settings
+from atlas.survey import QUICK_DENSITY
+from presentation.stability import FAMILIES, draw, findings, tables
 
 from rom.fingertip import Fingertip
 from rom.fullorder import natural_modes
-from rom.reporting.stability import FAMILIES, draw, findings, tables
-from rom.stability import AXES, OUTCOMES, atlas, levels
-from rom.stability.excitation_extremes import _crossing
-from rom.stability.level import SCENES, default_settings
-from rom.stability.survey import QUICK_DENSITY
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_two_modes_cross_as_named():
 def test_a_finished_level_is_found_again(results, monkeypatch):
     def never(*_):
         raise AssertionError("judged again")
-    monkeypatch.setattr("rom.stability.survey.judge_level", never)
+    monkeypatch.setattr("atlas.survey.judge_level", never)
     again = atlas(quick=True)
     np.testing.assert_array_equal(again["outcome"].values, results["outcome"].values)
     np.testing.assert_array_equal(again["error"].values, results["error"].values)

@@ -5,13 +5,8 @@ import warnings
 
 import numpy as np
 import pytest
-
-from rom.errors import SolverError
-from rom.fullorder import IllConditionedWarning
-from rom.metamodels.superposition import Superposition
-from rom.metamodels.validity import Assessment, ValidityWarning
-from rom.stability import survey
-from rom.stability.judge import (
+from atlas import survey
+from atlas.judge import (
     EXACT,
     Heard,
     Record,
@@ -21,8 +16,13 @@ from rom.stability.judge import (
     tolerance_of,
     worst_of,
 )
-from rom.stability.level import STATIC, Level, static_cases
-from rom.stability.workshop import Fitted, Workshop
+from atlas.level import STATIC, Level, static_cases
+from atlas.workshop import Fitted, Workshop
+
+from rom.errors import SolverError
+from rom.fullorder import IllConditionedWarning
+from rom.metamodels.superposition import Superposition
+from rom.metamodels.validity import Assessment, ValidityWarning
 
 
 @pytest.mark.parametrize(("error", "said", "bound", "kind", "outcome"), [

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from atlas.reference import energy_norm, refined, true_answer
 
 from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.scenes import CaseArrays
-from rom.stability.reference import energy_norm, refined, true_answer
 
 
 def ill_conditioned(n=10):

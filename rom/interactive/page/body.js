@@ -102,8 +102,7 @@ export class Body {
   }
 
   dispose() {
-    this.group.traverse(one => one.geometry?.dispose());
-    this.material.dispose();
+    this.group.traverse(one => { one.geometry?.dispose(); one.material?.dispose(); });
   }
 }
 

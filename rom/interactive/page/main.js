@@ -163,6 +163,7 @@ export async function start(engine) {
     else if (AT("hint").classList.contains("problem")) hint("");
     view.draw(() => {
       if (since !== null) performance.measure("slider-to-picture", {start: since, end: performance.now()});
+      performance.clearMeasures("slider-to-picture"); // who observes them has them; nobody else keeps them
       AT("view").dataset.shown = toQuery(asked);
     });
     if (!shownOnce) hint(HINT);

@@ -4,6 +4,10 @@ import * as THREE from "three";
 
 const LENGTH = 5, HEAD = 1.7; // mm
 const FORCE = 0xd9480f, PROBE = 0x0b7285;
+// made once: the renderer keeps what it has drawn until that is disposed of
+const SHAFT = new THREE.CylinderGeometry(0.28, 0.28, LENGTH - HEAD, 16), POINT = new THREE.ConeGeometry(0.75, HEAD, 24);
+const RED = new THREE.MeshLambertMaterial({color: FORCE});
+const signs = new Map();
 
 export class Markers {
   constructor() {
@@ -47,14 +51,15 @@ export class Markers {
 
 function arrow(number, chosen, numbered) {
   const object = new THREE.Group(), body = new THREE.Group(), thick = chosen ? 1 : 0.7;
-  const material = new THREE.MeshLambertMaterial({color: FORCE});
-  const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.28 * thick, 0.28 * thick, LENGTH - HEAD, 16), material);
-  const head = new THREE.Mesh(new THREE.ConeGeometry(0.75 * thick, HEAD, 24), material);
+  const shaft = new THREE.Mesh(SHAFT, RED), head = new THREE.Mesh(POINT, RED);
+  for (const part of [shaft, head]) part.scale.set(thick, 1, thick);
   shaft.position.y = (LENGTH - HEAD) / 2;
   head.position.y = LENGTH - HEAD / 2;
   body.add(shaft, head);
   if (numbered) {
-    const sign = label(String(number), chosen);
+    const key = `${number} ${chosen}`;
+    if (!signs.has(key)) signs.set(key, label(String(number), chosen));
+    const sign = signs.get(key);
     sign.position.y = -1.2;
     body.add(sign);
   }

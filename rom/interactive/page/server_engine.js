@@ -11,6 +11,7 @@ export class Refused extends Error {}
 export class ServerEngine {
   #socket = null;
   #asked = new Map();
+  #indicators = null; // of the newest field: its id, and whom to tell
   #next = 1;
   #failures = 0;
 
@@ -100,14 +101,10 @@ export class ServerEngine {
   #receive(data) {
     const message = typeof data === "string" ? {header: JSON.parse(data), arrays: {}} : decode(data);
     const {header} = message, asked = this.#asked.get(header.id);
+    if (header.answer === "indicators" && this.#indicators?.id === header.id) this.#indicators.tell?.(header);
     if (!asked) return;
-    if (header.answer === "indicators") {
-      asked.onIndicators?.(header);
-      this.#asked.delete(header.id);
-      return;
-    }
-    const more = header.answer === "field" && asked.onIndicators && header.residual === null;
-    if (!more) this.#asked.delete(header.id);
+    this.#asked.delete(header.id);
+    if (header.answer === "field") this.#indicators = {id: header.id, tell: asked.onIndicators};
     if (header.answer === "problem") asked.reject(new Refused(header.text));
     else asked.resolve(header.answer === "superseded" || header.answer === "cancelled" ? null : message);
   }

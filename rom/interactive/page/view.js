@@ -19,6 +19,8 @@ export class View {
   #last = null;
   #pending = false;
   #afterPaint = [];
+  #drawn = [];
+  #painted = new MessageChannel(); // one for all frames: a channel is kept as long as its port listens
   #intervals = [];
   #pixelRatio = 1;
   #expected = null;
@@ -32,6 +34,7 @@ export class View {
   constructor(canvas, arrays, listeners) {
     this.canvas = canvas;
     this.listeners = listeners;
+    this.#painted.port1.onmessage = () => this.#drawn.splice(0).forEach(call => call());
     const vertices = arrays.vertices.data, normal = arrays.vertex_normal.data;
     this.triangles = Uint32Array.from(arrays.triangles.data);
     this.pad = [...arrays.pad_vertex.data];
@@ -203,9 +206,8 @@ export class View {
     this.frames += 1;
     this.canvas.dataset.frames = this.frames;
     if (this.#afterPaint.length) {
-      const callbacks = this.#afterPaint.splice(0), channel = new MessageChannel();
-      channel.port1.onmessage = () => callbacks.forEach(call => call());
-      channel.port2.postMessage(null); // runs after this frame has been painted
+      this.#drawn.push(...this.#afterPaint.splice(0));
+      this.#painted.port2.postMessage(null); // arrives after this frame has been painted
     }
     if (moves) this.draw();
   }

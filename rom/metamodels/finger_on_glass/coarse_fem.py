@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from rom.checks import real_number
+from rom.metamodels.facts import Curve
 from rom.metamodels.finger_on_glass.direct import PathDirect
-from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.metamodel import Metamodel
 from rom.scenes import Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
 from rom.scenes.path_answers import solve_path
@@ -33,6 +34,7 @@ class PathCoarseFem(PathDirect):
     name: ClassVar[str] = "coarse-fem"
     summary: ClassVar[str] = "follows the path with the same finite elements on a coarser section"
     colour: ClassVar[str] = "#999933"
+    full_order: ClassVar[bool] = False
     slow: ClassVar[int] = 4
 
     @classmethod

@@ -7,12 +7,13 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.glass import joined_reasons, not_on_glass
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.validity import Assessment
 from rom.scenes import Answers, Scene
-from rom.scenes.finger_on_glass import FingerOnGlass
-from rom.scenes.path_answers import solve_path, wanted, warm_up
+from rom.scenes.finger_on_glass import FingerOnGlass, warm_up
+from rom.scenes.path_answers import solve_path, wanted
 from rom.scenes.paths import PathArrays
 
 
@@ -22,11 +23,16 @@ class PathDirect(Metamodel):
     name: ClassVar[str] = "direct"
     summary: ClassVar[str] = "follows the whole path with the full-order model, strictly converged"
     colour: ClassVar[str] = "#000000"
+    full_order: ClassVar[bool] = True
     slow: ClassVar[int] = 16
 
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
         return not_on_glass(scene)
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(solves=True)
 
     def __init__(self, scene: FingerOnGlass) -> None:
         super().__init__(scene)
@@ -39,7 +45,7 @@ class PathDirect(Metamodel):
     def _fit(self, train: xr.Dataset | None) -> None:
         warm_up()  # compiling belongs to the offline stage
 
-    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         return self._follow(cases, outputs)[0]
 
     def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:

@@ -19,10 +19,11 @@ from rom.checks import real_number, whole_number
 from rom.finger_on_glass.observation import along_plate, contact_edges
 from rom.finger_on_glass.path import VISCOSITIES
 from rom.finger_on_glass.tissue import VARIANTS
+from rom.metamodels.facts import Curve
 from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, joined_reasons, not_on_glass
 from rom.metamodels.finger_on_glass.hyper_reduction import ReducedSpace, learn_space, reduce, sampled, select_points
 from rom.metamodels.finger_on_glass.reduced_equations import Constants, ReducedFinger
-from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.stored import Stored
 from rom.metamodels.validity import Assessment
 from rom.scenes import Answers, Scene
@@ -169,7 +170,7 @@ class PathGalerkin(Metamodel):
             self.variants[int(paths.variant[i])].finger, self._constants(paths, i), controls,
             np.array(path.normal_force) / self.scene.effective_length, np.array(path.travel), np.array(VISCOSITIES))
 
-    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         return self._follow_all(cases, outputs)[0]
 
     def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:

@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 
 from rom.checks import choice, whole_number
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.finger_on_glass.features import dimensionless
 from rom.metamodels.finger_on_glass.glass import check_learned, not_on_glass
-from rom.metamodels.metamodel import Curve, Metamodel
+from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.stored import Stored
 from rom.scenes import Answers, Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
@@ -50,6 +51,10 @@ class PathInterpolation(Metamodel):
     def why_not(cls, scene: Scene) -> str | None:
         return not_on_glass(scene)
 
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False)
+
     def __init__(self, scene: FingerOnGlass, kind: str = "radial", neighbours: int = 5) -> None:
         choice("kind", kind, KINDS)
         whole_number("neighbours", neighbours, 1)
@@ -87,7 +92,7 @@ class PathInterpolation(Metamodel):
         weight = 1.0 / np.maximum(distance[near], 1e-12) ** 2
         return rows[near], weight / weight.sum()
 
-    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         check_learned(self.name, cases, self._rows)
         names = [name for name in wanted(outputs) if name != "contact_area"]
         found: Answers = {name: np.empty((len(cases), *self._stored[name].shape[1:])) for name in names}

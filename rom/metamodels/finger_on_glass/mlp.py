@@ -12,7 +12,9 @@ import numpy as np
 
 from rom.checks import real_number, whole_number
 from rom.datasets.splits import carve_validation
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.on_modes import OnModes
+from rom.scenes import Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
 
 
@@ -38,6 +40,10 @@ class PathMlp(OnModes):
     seeded: ClassVar[bool] = True
     colour: ClassVar[str] = "#D55E00"
     summary: ClassVar[str] = "a perceptron of the inputs and the place along the path gives POD coordinates, in float32"
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False, network=True)
 
     def __init__(self, scene: FingerOnGlass, rank: int | None = 40, width: int = 64, depth: int = 3, steps: int = 1500,
                  batch: int = 12, learning_rate: float = 5e-3, weight_decay: float = 1e-3, seed: int = 0,

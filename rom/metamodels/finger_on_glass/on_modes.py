@@ -10,6 +10,7 @@ import xarray as xr
 
 from rom.checks import choice, whole_number
 from rom.finger_on_glass.tissue import VARIANTS
+from rom.metamodels.facts import Needs
 from rom.metamodels.finger_on_glass.features import dimensionless
 from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, not_on_glass
 from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
@@ -43,7 +44,7 @@ class OnModes(Metamodel):
     rank : int, optional
         Number of displacement modes of each variant; None: all that the training paths span.
     registration : {"auto", "slip", "none"}
-        Whether travel is counted in shares of that at which the finger slips (`rom.metamodels.finger_on_glass.registration`);
+        Whether travel is counted in shares of that at which the finger slips (see ``registration.py`` beside);
         ``auto``: for each variant what does better on training paths held back in turn.
     """
 
@@ -53,6 +54,10 @@ class OnModes(Metamodel):
     @classmethod
     def why_not(cls, scene: Scene) -> str | None:
         return not_on_glass(scene)
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False)
 
     def __init__(self, scene: FingerOnGlass, rank: int | None, registration: str, **settings: Any) -> None:
         choice("registration", registration, REGISTRATIONS)
@@ -126,7 +131,7 @@ class OnModes(Metamodel):
     def _coordinates(self, v: int, features: np.ndarray) -> np.ndarray:
         """(n_path, n_station, size) ndarray: what was learned."""
 
-    def _evaluate(self, paths: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, paths: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         check_learned(self.name, paths, self._spaces)
         found: Answers = {}
         for v in map(int, np.unique(paths.variant)):

@@ -6,8 +6,7 @@ beside them coordinates of the element pressures in a basis of their own, update
 The dilatation of a quadrilateral in generalized plane strain is a quadratic polynomial of the displacement times the
 out-of-plane stretch, and the pressures enter linearly: the volume terms of *all* elements are projected once and are
 exact online. Only the isochoric energy is integrated at few points
-(:mod:`rom.metamodels.finger_on_glass.hyper_reduction`). Contact and friction are those of :mod:`rom.finger_on_glass.contact`,
-node by node.
+(`hyper_reduction.py`). Contact and friction are those of :mod:`rom.finger_on_glass.contact`, node by node.
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from rom.checks import choice
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.finger_on_glass.kriging import Regressor, fit_regressor
 from rom.metamodels.finger_on_glass.on_modes import STORED, OnModes, restored, stored
-from rom.metamodels.metamodel import Curve
 from rom.scenes import Scene
 from rom.scenes.finger_on_glass import FingerOnGlass
 
@@ -35,6 +35,10 @@ class PathRegression(OnModes):
     name: ClassVar[str] = "pod-regression"
     colour: ClassVar[str] = "#44AA99"
     summary: ClassVar[str] = "learns POD coordinates of whole paths from four ratios of the inputs, a variant at a time"
+
+    @classmethod
+    def needs(cls, scene: Scene) -> Needs:
+        return Needs(stiffness=False, regression=True)
 
     def __init__(self, scene: FingerOnGlass, rank: int | None = 40, regressor: str = "gp",
                  registration: str = "auto") -> None:

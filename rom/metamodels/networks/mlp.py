@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from rom.metamodels.metamodel import Curve
+from rom.metamodels.facts import Curve
 from rom.metamodels.networks.separable import SeparableNetwork
 from rom.scenes import LinearScene, Scene
 

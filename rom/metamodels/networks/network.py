@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
+from rom.datasets.tensors import read_weights, write_weights
 from rom.metamodels.basis import Basis, check_precision
-from rom.metamodels.metamodel import Metamodel, Needs
-from rom.metamodels.networks.files import read_weights, write_weights
+from rom.metamodels.facts import Needs
+from rom.metamodels.metamodel import Metamodel
 from rom.scenes import CaseArrays, LinearScene, Scene
 
 if TYPE_CHECKING:
@@ -103,7 +104,8 @@ class Network(Metamodel):
     def _places(self) -> np.ndarray:
         """(n_load, 6) ndarray [-]: positions, centred and scaled to at most one, and outward normals."""
         position = self.scene.loads.position - self.scene.loads.position.mean(axis=0)
-        return np.concatenate([position / np.abs(position).max(), self.scene.loads.direction], axis=1).astype(np.float32)
+        places = np.concatenate([position / np.abs(position).max(), self.scene.loads.direction], axis=1)
+        return places.astype(np.float32)
 
     def _load_matrix(self, cases: CaseArrays) -> np.ndarray:
         """(n_case, n_load) ndarray [N]: force at each load."""

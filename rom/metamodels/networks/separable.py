@@ -22,9 +22,10 @@ import xarray as xr
 from rom.datasets.reduced import ReducedField
 from rom.datasets.storage import open_netcdf
 from rom.fullorder.blas import blas_threads
+from rom.fullorder.poles import Poles, operating_points
 from rom.metamodels.basis import Basis, combine
+from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.linear import not_harmonic
-from rom.metamodels.metamodel import Curve, Needs
 from rom.metamodels.networks.network import WEIGHT, Network
 from rom.metamodels.networks.output_layer import SCALES, choose_heads, gather
 from rom.metamodels.networks.sizes import LARGE, TRAINED, trained_here
@@ -174,8 +175,8 @@ class SeparableNetwork(Network):
 
     def _modal_terms(self, point: np.ndarray) -> np.ndarray:
         """(n, m) ndarray: s / (lambda_k (lambda_k - s)), what a mode of unit participation adds to its static share."""
-        s = ((2.0 * np.pi * point[:, 0]) ** 2 / (1.0 + 1j * point[:, 1]))[:, None]
-        return s / (self._eigenvalue * (self._eigenvalue - s))
+        stiffness, inertia = operating_points(*point.T)  # s is their ratio
+        return Poles.of_modes(self._eigenvalue).at(inertia / self._eigenvalue, stiffness, inertia)
 
     def _train_trunk(self, trunk: Any, answers: UnitAnswers) -> None:
         from rom.metamodels.networks.sketch import make_sketch

@@ -48,7 +48,7 @@ def weights_path(method: str, size: str = "large", split: str = "published") -> 
 
 def trained_here(method: str, scene: Scene, size: str = "large") -> bool:
     """Whether trained weights of a network come with the toolkit for this scene's mesh."""
-    from rom.metamodels.networks.files import read_attributes
+    from rom.datasets.tensors import read_attributes
 
     path = weights_path(method, size)
     return path.exists() and read_attributes(path)["mesh_hash"] == scene.mesh_hash

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import torch
 from torch import Tensor, nn
 
+from rom.datasets.tensors import read_tensors, write_tensors
 from rom.errors import SchemaError
-from rom.metamodels.networks.files import read_tensors, write_tensors
 
 log = logging.getLogger(__name__)
 

@@ -17,8 +17,8 @@ import xarray as xr
 
 from rom.datasets.splits import carve_validation
 from rom.metamodels.basis import Basis, combine
+from rom.metamodels.facts import Curve
 from rom.metamodels.linear import not_linear
-from rom.metamodels.metamodel import Curve
 from rom.metamodels.networks.network import Network, as_tensor
 from rom.metamodels.networks.sizes import LARGE, trained_here
 from rom.metamodels.pod import pod_of

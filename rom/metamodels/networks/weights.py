@@ -15,9 +15,11 @@ from typing import Any
 import numpy as np
 
 from rom.datasets import read_dataset, select
-from rom.datasets.storage import is_reduced, open_netcdf
+from rom.datasets.reduced import is_reduced
+from rom.datasets.storage import open_netcdf
+from rom.datasets.tensors import read_attributes
 from rom.errors import NoWeightsError, SchemaError
-from rom.metamodels.networks.files import read_attributes
+from rom.files import check_output, only_writer
 from rom.metamodels.networks.network import Network
 from rom.metamodels.networks.sizes import settings_of_size, weights_path
 from rom.metamodels.registry import create, load
@@ -96,6 +98,7 @@ def train_network(method: str, dataset: str | Path, output: str | Path, *, size:
     output = Path(output)
     if output.suffix != ".safetensors":
         raise ValueError(f"{output} is no name for weights: let it end in .safetensors")
+    check_output(output)
     chosen = {**settings_of_size(method, size), **(settings or {}), "seed": seed, "storage": storage}
     with open_netcdf(dataset) as data:
         if "scene_parameters" not in data.attrs or "split_published" not in data:
@@ -104,7 +107,11 @@ def train_network(method: str, dataset: str | Path, output: str | Path, *, size:
         if not isinstance(scene, LinearScene):
             raise ValueError(f"{dataset} holds load paths of {scene.name}: networks of the linear scenes learn from "
                              "cases; its own network is fitted by `rom compare`")
-        split_seed = json.loads(data.attrs["recipe"])["seed"]
+        try:
+            split_seed = json.loads(data.attrs["recipe"])["seed"]
+        except (KeyError, TypeError, ValueError, RecursionError) as error:
+            raise SchemaError(f"{dataset} does not say by which seed it was split: make one with "
+                              "`rom dataset`") from error
         learned, reduced = select(data, split, "train"), is_reduced(data)
         if cases is not None:
             if not 2 <= cases <= len(learned):
@@ -115,10 +122,11 @@ def train_network(method: str, dataset: str | Path, output: str | Path, *, size:
     model.checkpoint = output.with_name(output.name + ".training")
     model.progress = progress
     model.learned_from = {"split": split, "split_seed": split_seed, "cases": len(learned), "seconds": seconds}
-    if reduced:
-        model.fit_stored(dataset, learned)
-    else:
-        model.fit(read_dataset(dataset, learned))
-    model.save(output)
-    model.checkpoint.unlink(missing_ok=True)
+    with only_writer(output.with_name(f".{output.name}.lock"), output):
+        if reduced:
+            model.fit_stored(dataset, learned)
+        else:
+            model.fit(read_dataset(dataset, learned))
+        model.save(output)
+        model.checkpoint.unlink(missing_ok=True)
     return model

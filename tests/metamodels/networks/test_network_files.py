@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from safetensors.numpy import save_file
 
+from rom.datasets.tensors import REQUIRED, read_attributes, read_weights, write_weights
 from rom.errors import SchemaError
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import load
-from rom.metamodels.networks.files import read_attributes, read_weights, write_weights
 from rom.metamodels.registry import metamodel_classes
 from rom.scenes import get_scene
 
@@ -39,7 +39,7 @@ def test_loaded_network_answers_the_same(saved):
 
 def test_attributes_are_read_without_torch(saved):
     _, model, path = saved
-    code = ("import sys; from rom.metamodels.networks.files import read_attributes; "
+    code = ("import sys; from rom.datasets.tensors import read_attributes; "
             f"assert read_attributes({str(path)!r})['method'] == {model.name!r}; sys.exit('torch' in sys.modules)")
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -102,3 +102,29 @@ def test_transposed_arrays_survive(tmp_path):
     read, arrays = read_weights(tmp_path / "a.safetensors")
     assert np.array_equal(arrays["array"], array)
     assert read == json.loads(json.dumps(attributes))
+
+
+def test_every_changed_byte_is_noticed(tmp_path):
+    path = tmp_path / "a.safetensors"
+    write_weights(path, {"b": np.arange(40.0), "a": np.float32(3.0)}, dict.fromkeys(REQUIRED, "some text"))
+    whole, read = path.read_bytes(), read_weights(path)
+    assert np.array_equal(read[1]["b"], np.arange(40.0))
+    for place in range(len(whole)):
+        for bit in (0, 5):
+            content = bytearray(whole)
+            content[place] ^= 1 << bit
+            path.write_bytes(content)
+            try:
+                attributes, arrays = read_weights(path)
+            except SchemaError as error:
+                assert "\n" not in str(error)
+            else:  # the name of the digest itself is another, and nothing else
+                attributes = {name: value for name, value in attributes.items() if not name.endswith("digest")}
+                assert b'content_digest"' not in content and (attributes, arrays.keys()) == (read[0], read[1].keys())
+
+
+def test_files_without_a_digest_say_so(tmp_path, caplog):
+    save_file({"a": np.zeros(3)}, tmp_path / "a.safetensors", dict.fromkeys(REQUIRED, "1"))
+    with caplog.at_level("INFO"):
+        read_weights(tmp_path / "a.safetensors")
+    assert "a.safetensors carries no digest" in caplog.text
