@@ -81,5 +81,5 @@ def test_too_few_cases_are_refused(small_tip, cases):
 
 
 def test_too_few_load_paths_are_refused():
-    with pytest.raises(ValueError, match="14 load paths are too few .* ask for 15 or more"):
+    with pytest.raises(ValueError, match=r"14 load paths are too few .* ask for 15 or more"):
         compare("finger-on-glass", cases=14, quick=True)

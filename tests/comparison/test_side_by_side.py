@@ -108,8 +108,8 @@ def test_numbers_are_numbers(results):
                 assert known.all() or (known[0] and entry in half_omitted(results)), (variable, entry)
     for variable in ("online_seconds", "cold_seconds", "predict_seconds", "output_seconds", "batch_seconds"):
         assert (results[variable] > 0).any("repeat" if "repeat" in results[variable].dims else "batch_repeat").all()
-    assert (results["error_median"] <= results["error_p95"]).all()
-    assert (results["error_p95"] <= results["error_max"]).all()
+    assert not (results["error_median"] > results["error_p95"]).any()
+    assert not (results["error_p95"] > results["error_max"]).any()
     assert results.sizes["repeat"] == side_by_side.QUICK_ROUNDS
 
 
