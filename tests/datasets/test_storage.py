@@ -102,7 +102,7 @@ def test_a_damaged_file_is_named_by_every_reader(plate, tmp_path):
             damaged = tmp_path / f"{k}.nc"  # libraries keep open files by their names
             damaged.write_bytes(whole[:place] + bytes(b ^ 0xff for b in whole[place:place + 8]) + whole[place + 8:])
             for read in readers:
-                with pytest.raises(SchemaError, match=rf"{k}\.nc is damaged") as caught:
+                with pytest.raises(SchemaError, match=rf"{k}\.nc is (truncated or )?damaged") as caught:
                     read(damaged)
                 one_line(caught.value)
 
