@@ -14,6 +14,7 @@ import ctypes.util
 import functools
 import importlib.metadata
 import logging
+import os
 import sys
 import threading
 import weakref
@@ -93,6 +94,10 @@ def _candidates() -> Iterator[str]:
         yield found
 
 
+_CBWR_AUTO = 2
+"""MKL_CBWR_AUTO: this processor's best code path, and in it always the same order of operations."""
+
+
 @functools.cache
 def load_library() -> ctypes.CDLL | None:
     """The oneMKL runtime, or None where it cannot be loaded."""
@@ -101,6 +106,9 @@ def load_library() -> ctypes.CDLL | None:
             library = ctypes.CDLL(candidate)
             library.pardiso.restype = None
             library.pardisoinit.restype = None
+            # the same bits wherever an array happens to lie in memory; what the environment asks for stays
+            if "MKL_CBWR" not in os.environ:
+                library.MKL_CBWR_Set(ctypes.c_int(_CBWR_AUTO))
         except (OSError, AttributeError) as error:
             log.debug("%s cannot serve as oneMKL runtime: %s", candidate, error)
             continue
