@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rom.comparison.full_scale.errors_by import Table, largest_by
-from rom.comparison.full_scale.network_errors import network_errors
-from rom.comparison.full_scale.peaks import highest_peak
-from rom.comparison.full_scale.static import additive_errors
+from full_scale.errors_by import Table, largest_by
+from full_scale.network_errors import network_errors
+from full_scale.peaks import highest_peak
+from full_scale.static import additive_errors
 
 from rom.datasets import draw_combinations, superposed, unit_responses
 from rom.datasets.reduced import ReducedField
