@@ -37,7 +37,7 @@ TRAINING = 80
 """Cases that a method learns from where none are given."""
 SINGLE, DOUBLE = 1e-4, 1e-9
 """What another order of the same operations may change of an answer's norm: a thousand units of single precision; in
-double the unit roundoff times the condition of a stiffness, about 1e6. Load paths are solved by iteration, to the first."""
+double the unit roundoff times the condition of a stiffness, about 1e6. Iterations along load paths reach the first."""
 REFERENCE = 1e-10
 """Relative energy error that a direct reference carries itself."""
 
@@ -236,7 +236,7 @@ def predicts_purely(subject: _Subject) -> None:
 
 
 def labels_like_the_truth(subject: _Subject) -> None:
-    """Answers have the full-order model's dimensions, names, units and coordinates, and nothing of a dataset's truth."""
+    """Answers have the full-order model's dimensions, names, units and coordinates, and nothing of a stored truth."""
     scene, cases = subject.scene, subject.labelled
     found = subject.fitted.predict(cases)
     expected = scene.label(cases, subject.answer)

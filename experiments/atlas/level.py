@@ -12,7 +12,7 @@ import xarray as xr
 
 from rom.datasets.schema import dataset_attributes
 from rom.fingertip import Fingertip
-from rom.metamodels import METHODS, Needs, applicable, metamodel_class
+from rom.metamodels import METHODS, Metamodel, Needs, applicable, metamodel_class
 from rom.scenes import CaseArrays, LinearScene, get_scene
 
 SCENES = STATIC, POINT, PATCH = "static-point-forces", "harmonic-point-force", "harmonic-patch-forces"
@@ -36,25 +36,29 @@ def default_settings(scene: str) -> dict[str, dict[str, Any]]:
     return {name: ON_ONE_SCENE.get((name, scene), SMALL.get(name, {})) for name in METHODS if reasons[name] is None}
 
 
+def _those(condition: Callable[[type[Metamodel], Needs], bool]) -> tuple[str, ...]:
+    """Names of the methods of which a condition holds, in the order of the scenes."""
+    kinds = {name: (metamodel_class(name, scene), scene) for scene in map(get_scene, SCENES)
+             for name in default_settings(scene.name)}
+    return tuple(name for name, (kind, scene) in kinds.items() if condition(kind, kind.needs(scene)))
+
+
 @cache
-def _needs() -> dict[str, Needs]:
-    return {name: metamodel_class(name, scene).needs(scene) for scene in map(get_scene, SCENES)
-            for name in default_settings(scene.name)}
-
-
 def networks() -> tuple[str, ...]:
     """Methods that see inputs and no matrices, and that an optimiser trains."""
-    return tuple(name for name, needs in _needs().items() if needs.network)
+    return _those(lambda _, needs: needs.network)
 
 
+@cache
 def full_order() -> tuple[str, ...]:
     """The full-order model's own rows."""
-    return tuple(name for name, needs in _needs().items() if needs.solves and not needs.other_mesh)
+    return _those(lambda kind, _: kind.full_order)
 
 
+@cache
 def matrix_based() -> tuple[str, ...]:
     """Methods that do not interpolate over the places of loads."""
-    return tuple(name for name, needs in _needs().items() if not (needs.network or needs.regression))
+    return _those(lambda _, needs: not (needs.network or needs.regression))
 
 
 def same(tip: Fingertip) -> Fingertip:
