@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from rom.metamodels.networks.files import DIGEST, read_weights, write_weights
 
 from rom.datasets import make_dataset, make_whole_dataset, open_dataset, read_dataset
 from rom.datasets.storage import read_netcdf, write_netcdf

@@ -21,11 +21,11 @@ from rom.datasets.vtu import write_vtu
 from rom.fingertip import DIRECTIONS, Fingertip, strain
 from rom.fingertip import strain_measures as measures
 from rom.fingertip.anatomy import TISSUES
+from rom.fingertip.body import AXES
 from rom.metamodels import create
 from rom.relative import relative_errors
 from rom.reporting import html, words
 from rom.scenes import CaseArrays, LinearScene, get_scene
-from rom.scenes.scene import AXES
 from rom.vibration.frequency_response import sweep_cases
 
 FREQUENCY = (0.0, 50.0, 125.0, 250.0)
@@ -78,7 +78,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "load_node": ("load", mesh.skin_patch(mesh.fingerprint_centroid), {
                 "long_name": "skin nodes that share the force", "units": "1"}),
             **{f"skin_{name}": ("skin_node", mesh.nodes[mesh.skin_nodes, a], {"long_name": text, "units": "m"})
-               for a, (name, text) in enumerate(AXES.items())},
+               for a, (name, text) in enumerate(zip("xyz", AXES, strict=True))},
             **_profile(tip, truth, count)},
         coords={
             "frequency": ("frequency", list(FREQUENCY), {"long_name": "excitation frequency, 0 static", "units": "Hz"}),

@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 import script
 import xarray as xr
+from full_scale.network_errors import network_errors
+from full_scale.static import additive_errors
 from train_networks_figures import draw, findings, tables
 
 from rom.cache import cached_path
-from rom.comparison.full_scale.network_errors import network_errors
-from rom.comparison.full_scale.static import additive_errors
-from rom.comparison.side_by_side import SEED
 from rom.datasets import make_dataset, unit_responses
 from rom.datasets.combinations import held_out_combinations
 from rom.datasets.reduced import ReducedField, open_dataset
@@ -31,7 +30,10 @@ from rom.metamodels.networks.sizes import weights_path
 from rom.metamodels.networks.weights import train_network
 from rom.provenance import source_digest
 from rom.scenes import Scene, get_scene
+from rom.scenes.extent import Extent
 
+SEED = Extent().seed
+"""Of the comparison's splits: what is learned from is the same as there."""
 HARMONIC = ("mlp", "mlp-residual", "pole-network")
 WEIGHTS = [*((m, size, "published") for m in HARMONIC for size in ("small", "medium", "large")),
            *((m, "large", "hard") for m in HARMONIC),
@@ -120,10 +122,7 @@ def read_seconds(grid: Path) -> np.ndarray:
 
 def find_static(scene: Scene, count: int, progress: script.Progress) -> Path:
     """Labelled static cases, made if they are not in the cache."""
-    path = cached_path("datasets", {"training": count, "scene": scene.to_json(), "content": scene.content_hash,
-                                    "seed": SEED, "source": source_digest("fullorder", "fingertip", "scenes",
-                                                                          "datasets")})
-    return make_dataset(scene, count, path, seed=SEED, progress=lambda items: progress(items, "static cases"))
+    return make_dataset(scene, count, seed=SEED, progress=lambda items: progress(items, "static cases"))
 
 
 def train_missing_weights(grid: Path, static: Path, progress: script.Progress) -> None:
@@ -141,7 +140,7 @@ def find_network(method: str, scene: Scene, data: Path, count: int, settings: di
     """A network trained from so many cases, found again in the cache."""
     path = cached_path("models", {
         "curve": method, "size": SIZE[method], "settings": settings, "cases": count, "content": scene.content_hash,
-        "seed": SEED, "source": source_digest("metamodels/networks", "datasets")}, ".safetensors")
+        "seed": SEED, "source": source_digest("rom.metamodels.networks.weights")}, ".safetensors")
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         train_network(method, data, path, size=SIZE[method], cases=count, settings=settings)

@@ -24,9 +24,9 @@ import xarray as xr
 
 from rom.datasets import make_dataset, read_dataset
 from rom.errors import NotFittedError, SchemaError
+from rom.fullorder.energy_norm import energy_norms
 from rom.metamodels import Curve, Metamodel, Needs, ValidityWarning
 from rom.metamodels.networks.sizes import constructor_settings
-from rom.metamodels.residual_bound import energy_norms
 from rom.metamodels.validity import KINDS
 from rom.relative import relative_errors
 from rom.scenes import Cases, LinearScene, Scene, get_scene, scene_from_json, scene_names

@@ -10,13 +10,12 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 import left_out
 
 from rom.fingertip import MeshDensity
-from rom.scenes import StaticPointForces
 
 
 @pytest.fixture(scope="module")
 def results():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(left_out, "SCENES", {"static-point-forces": StaticPointForces})
+        patch.setattr(left_out, "EXTRAS", {"static-point-forces": left_out.EXTRAS["static-point-forces"]})
         patch.setattr(left_out, "EXTRAS", {"static-point-forces": ("mass", "figures")})
         patch.setattr(left_out, "MODULES", ("rom",))
         patch.setattr(left_out.script, "QUICK_DENSITY", MeshDensity((4, 4), 1, 1, (1, 1, 1, 1)))

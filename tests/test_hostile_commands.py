@@ -1,6 +1,5 @@
 """Whatever is typed, the command line ends with exit code 0 or 2 and one sentence, never with a traceback."""
 
-import importlib
 from pathlib import Path
 
 import pytest
@@ -33,7 +32,6 @@ def _somewhere(monkeypatch, tmp_path):
     (tmp_path / "folder").mkdir()
     for name in PRESETS:
         monkeypatch.setitem(PRESETS, name, COARSE)
-    monkeypatch.setattr(importlib.import_module("rom.comparison.side_by_side"), "QUICK_DENSITY", COARSE)
 
 
 def ends_well(capsys, *given_words):

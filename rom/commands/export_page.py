@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +24,9 @@ def run(arguments: argparse.Namespace) -> None:
     from rom.interactive.export import check_path, export_page
 
     check_path(arguments.file)
-    tip = fingertip_from(arguments)
     if arguments.quick:
-        from rom.fingertip import PRESETS
-
-        tip = replace(tip, density=PRESETS["quick"])
+        arguments.preset = "quick"
+    tip = fingertip_from(arguments)
     from rom.interactive.models import REFERENCE, Models
 
     models = Models(tip, quick=arguments.quick)

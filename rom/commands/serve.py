@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import threading
-from dataclasses import replace
 from typing import Any
 
 from rom.commands.fingertip_options import add_fingertip_options, fingertip_from
@@ -30,6 +29,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Prepare the models, print the address, serve until interrupted."""
     from rom.interactive.server import address_of, listen
 
+    if arguments.quick:
+        arguments.preset = "quick"
     tip = fingertip_from(arguments)
     bound = listen(arguments.host, arguments.port)
     try:
@@ -37,10 +38,6 @@ def run(arguments: argparse.Namespace) -> None:
         from rom.interactive.models import Models
         from rom.interactive.server import make_application, serve
 
-        if arguments.quick:
-            from rom.fingertip import PRESETS
-
-            tip = replace(tip, density=PRESETS["quick"])
         models = Models(tip, quick=arguments.quick)
         models.prepare(patient_bar)
         if arguments.fit:

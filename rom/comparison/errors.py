@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
+from rom.fullorder.energy_norm import energy_norms
+
 
 def energy_errors(answers: np.ndarray, truth: np.ndarray, stiffness: sp.sparray) -> np.ndarray:
     """``sqrt(e^H K e)`` of each case [J^1/2].
@@ -14,9 +16,7 @@ def energy_errors(answers: np.ndarray, truth: np.ndarray, stiffness: sp.sparray)
     answers, truth : (n_case, n) ndarray [m]
     stiffness : (n, n) sparse array [N/m]
     """
-    miss = (answers - truth).T
-    parts = (miss.real, miss.imag) if np.iscomplexobj(miss) else (miss,)
-    return np.sqrt(sum(np.einsum("ij,ij->j", part, stiffness @ part) for part in map(np.ascontiguousarray, parts)))
+    return energy_norms((answers - truth).T, stiffness)
 
 
 def statistics(errors: np.ndarray) -> tuple[float, float, float]:

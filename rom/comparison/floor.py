@@ -24,10 +24,11 @@ def mesh_floor(scene: Scene, tests: Tests) -> dict[str, tuple]:
     if applicable(scene)["coarse-fem"] is not None:
         return {}
     kind = metamodel_class("coarse-fem", scene)
-    rows = np.flatnonzero(tests.tested[SPLITS[0]])
+    rows = np.arange(len(tests.number)) if scene.extent.floor_on_all else np.flatnonzero(tests.tested[SPLITS[0]])
     truth = take(tests.values, rows)
     judged = truth[scene.quantity] if isinstance(truth, dict) else truth
-    rows = rows[scene.same_on_any_mesh(tests.arrays.take(rows)) & np.isfinite(judged).reshape(len(rows), -1).all(axis=1)]
+    whole = np.isfinite(judged).reshape(len(rows), -1).all(axis=1)
+    rows = rows[whole & scene.same_on_any_mesh(tests.arrays.take(rows))]
     rows = rows[np.linspace(0, len(rows) - 1, min(CASES, len(rows))).astype(int)]
     cases, scale = tests.arrays.take(rows), scene.extent.floor_scale
     path = cached_path("floors", {

@@ -20,6 +20,8 @@ BOUNDED_CASES = 64
 VISIBLE = 1e-9
 """Relative energy error above which an error is not the truth's own rounding."""
 
+STATISTICS = {"max": "largest", "p95": "95 % quantile of the", "median": "median"}
+
 
 @dataclass
 class Judged:
@@ -57,11 +59,7 @@ def judge(entry: Entry, model: Metamodel, split: str, scene: Scene, tests: Tests
         found.further = _put(found.further, (*found.case_error.shape, len(further)), j, rows,
                              np.stack([of_cases(one) for one in further], axis=-1))
     found.evaluated[j] = int((~np.isnan(found.case_error[j, rows])).sum())
-    judged_values = _judged(scene, values)
-    best = model.best_approximation(arrays, judged_values)
-    if best is not None:
-        best, judged_values = ({scene.quantity: one} if isinstance(values, dict) else one for one in (best, judged_values))
-        found.projection[j] = largest(next(iter(scene.errors(arrays, best, judged_values).values())))
+    found.projection[j] = _projection_error(model, scene, arrays, values)
     if validation is not None and not entry.kind.full_order:
         found.validation[j] = _validation_error(entry, model, split, scene, validation)
     if j == 0:
@@ -76,22 +74,33 @@ def _rows(entry: Entry, scene: Scene, tests: Tests, split: str) -> np.ndarray:
     return rows[scene.thinned(tests.number[rows], entry.kind.slow)]
 
 
-def _put(array: np.ndarray | None, shape: tuple[int, ...], split: int, rows: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _put(array: np.ndarray | None, shape: tuple[int, ...], split: int, rows: np.ndarray, values: np.ndarray
+         ) -> np.ndarray:
     array = np.full(shape, np.nan) if array is None else array
     array[split, rows] = values
     return array
 
 
-def _judged(scene: Scene, values: Any) -> np.ndarray:
-    """The quantity by which methods are judged."""
-    return values[scene.quantity] if isinstance(values, dict) else values
+def _largest_error(scene: Scene, arrays: Any, answers: Any, truth: Any) -> float:
+    return float(largest(next(iter(scene.errors(arrays, answers, truth).values()))))
+
+
+def _projection_error(model: Metamodel, scene: Scene, arrays: Any, truth: Any) -> float:
+    """Largest error of the best that the method's own basis could answer; NaN where it has none."""
+    several = isinstance(truth, dict)
+    judged = truth[scene.quantity] if several else truth
+    best = model.best_approximation(arrays, judged)
+    if best is None:
+        return np.nan
+    return _largest_error(scene, arrays, *(({scene.quantity: one} if several else one) for one in (best, judged)))
 
 
 def _validation_error(entry: Entry, model: Metamodel, split: str, scene: Scene, tests: Tests) -> float:
     rows = _rows(entry, scene, tests, split)
     arrays = tests.arrays.take(rows)
-    return float(largest(next(iter(scene.errors(arrays, model.evaluate(arrays, "field"), take(tests.values, rows)).values()))
-                         )) if len(rows) else np.nan
+    if not len(rows):
+        return np.nan
+    return _largest_error(scene, arrays, model.evaluate(arrays, "field"), take(tests.values, rows))
 
 
 def _effectivity(model: Any, scene: Any, values: np.ndarray, answers: np.ndarray, arrays: Any
@@ -125,7 +134,7 @@ def error_variables(entries: list[Entry], scene: Scene, tests: Tests) -> dict[st
     variables = {
         **{f"error_{name}": (("entry", "split"), stats[..., k], {
             "long_name": f"{text} relative error over held-out {noun}s", **one})
-            for k, (name, text) in enumerate((("max", "largest"), ("p95", "95 % quantile of the"), ("median", "median")))},
+            for k, (name, text) in enumerate(STATISTICS.items())},
         "error_by_region": (("entry", "region"), by_region, {
             "long_name": "largest relative error in a part of the hard split", **one}),
         "case_error": (("entry", "split", "case"), case, {"long_name": f"relative error {of_case}", **one}),
@@ -138,7 +147,8 @@ def error_variables(entries: list[Entry], scene: Scene, tests: Tests) -> dict[st
     if scene.has_residual:
         effectivity = np.array([one.effectivity for one in found])
         variables |= {f"effectivity_{name}": ("entry", effectivity[:, k], {
-            "long_name": f"{name} of bound over true energy error", **one}) for k, name in enumerate(("min", "median", "max"))}
+            "long_name": f"{name} of bound over true energy error", **one})
+            for k, name in enumerate(("min", "median", "max"))}
     if found[0].position_error is not None:
         variables["position_error"] = (("entry", "split", "case", "position"), np.stack(
             [one.position_error for one in found]), {"long_name": "relative error at a position", **one})  # type: ignore[misc]

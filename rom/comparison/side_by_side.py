@@ -90,14 +90,14 @@ def compare(scene: Scene | str, *, methods: list[str] | None = None, cases: int 
         For an unknown scene or method, one that does not apply to the scene, or too few cases.
     """
     scene = scene_of(scene, fingertip, quick)
-    curves, cases, seed = _asked(scene, methods, cases, quick, seed)
+    curves, cases, seed = asked(scene, methods, cases, quick, seed)
     truth = find_truth(scene, cases, scene.extent.beyond(cases), seed, progress, workers)
     tests = held_out_tests(scene, truth)
     validation = validation_tests(scene, truth, min(scene.extent.validation, cases // 4), progress, workers)
     timing = _Timing(scene, tests, quick, progress)
     entries, omitted = measured(scene, truth, curves, tests, validation, timing, progress)
-    results = xr.Dataset({
-        **error_variables(entries, scene, tests), **time_variables(entries, scene), **mesh_floor(scene, tests)}, coords={
+    variables = {**error_variables(entries, scene, tests), **time_variables(entries, scene), **mesh_floor(scene, tests)}
+    results = xr.Dataset(variables, coords={
         "entry": [entry.label for entry in entries], "method": ("entry", [entry.method for entry in entries]),
         "setting": ("entry", [entry.setting for entry in entries]),
         "headline": ("entry", [entry.headline for entry in entries]),
@@ -119,7 +119,7 @@ def compared(scene: Scene | str, *, methods: list[str] | None = None, cases: int
              progress: Progress = no_progress) -> xr.Dataset:
     """What :func:`compare` measured earlier on this machine with the same sources and inputs, or measures now."""
     scene = scene_of(scene, fingertip, quick)
-    curves, cases, seed = _asked(scene, methods, cases, quick, seed)
+    curves, cases, seed = asked(scene, methods, cases, quick, seed)
     kinds = [kind for name in curves for kind in metamodel_classes(name)]
     path = cached_path("results", {
         "scene": scene.to_json(), "content": scene.content_hash, "curves": settings_digest(curves), "cases": cases,
@@ -144,7 +144,7 @@ def scene_of(scene: Scene | str, fingertip: Fingertip | None = None, quick: bool
     return quick_scene(scene) if quick and fingertip is None else get_scene(scene, fingertip)
 
 
-def _asked(scene: Scene, methods: list[str] | None, cases: int | None, quick: bool, seed: int | None
+def asked(scene: Scene, methods: list[str] | None, cases: int | None, quick: bool, seed: int | None
            ) -> tuple[dict, int, int]:
     """Curves, number of cases and seed, checked."""
     extent = scene.extent
@@ -176,7 +176,7 @@ def measured(scene: Scene, truth: Truth, curves: dict, tests: Tests, validation:
              progress: Progress) -> tuple[list[Entry], list[str]]:
     """Every entry fitted, judged and timed; models are let go as soon as they are not needed.
 
-    The entries that speak for their methods are timed together at last, the other settings of a method with one another.
+    The entries that speak for their methods are timed together at last, other settings of a method with one another.
 
     Returns
     -------
@@ -187,22 +187,27 @@ def measured(scene: Scene, truth: Truth, curves: dict, tests: Tests, validation:
     entries: list[Entry] = []
     omitted: list[str] = []
     first, *later = SPLITS
-    for method, group in groupby(progress(entries_of(scene, curves), "fitting and judging"), lambda entry: entry.method):
-        done = []
-        for entry in group:
-            entry.model = _fitted(entry, scene, truth, first, omitted)
-            if entry.model is None:
-                continue
+    rows = progress(entries_of(scene, curves), "fitting and judging")
+
+    def begin(entry: Entry) -> bool:
+        """Fit an entry to the first split and judge it; whether it could be fitted."""
+        entry.model = _fitted(entry, scene, truth, first, omitted)
+        if entry.model is not None:
             entry.facts |= offline(entry, scene, truth)
             for split in SPLITS if not entry.kind.learns else (first,):
                 judge(entry, entry.model, split, scene, tests, validation)
-            done.append(entry)
-        if done:
-            every_method_has_a_headline(done)
-            timing([entry for entry in done if not entry.headline], f"timing {method}")
-            for entry in done:
-                entry.model = entry.model if entry.headline else None
-            entries += done
+        return entry.model is not None
+
+    for kind, group in groupby(rows, lambda entry: entry.kind):
+        done = [entry for entry in group if begin(entry)]
+        # where the data are too few for any of its settings, a method's defaults may do
+        if not done and {} not in curves[kind.name].settings:
+            done = [entry for entry in [Entry(kind, {}, True)] if begin(entry)]
+        every_method_has_a_headline(done)
+        timing([entry for entry in done if not entry.headline], f"timing {kind.name}")
+        for entry in done:
+            entry.model = entry.model if entry.headline else None
+        entries += done
     for split in later:
         for entry in progress([entry for entry in entries if entry.kind.learns], f"{split} split"):
             model = _fitted(entry, scene, truth, split, omitted)
@@ -234,10 +239,11 @@ def _case_coordinates(scene: Scene, tests: Tests) -> dict[str, Any]:
     found: dict[str, Any] = {"case": tests.number}
     for name in (*(one.name for one in scene.inputs), "hard_region", *(f"split_{split}" for split in SPLITS)):
         if name in tests.inputs:
-            variable = tests.inputs[name].variable
+            found[name] = tests.inputs[name].variable
             words = next((one.choices for one in scene.inputs if one.name == name), ())
-            found[name] = (variable.dims, np.array(words)[variable.values], {"long_name": variable.attrs["long_name"]}) \
-                if words and variable.dtype.kind in "iu" else variable
+            if words and found[name].dtype.kind in "iu":
+                found[name] = (found[name].dims, np.array(words)[found[name].values], {
+                    "long_name": found[name].attrs["long_name"]})
     found |= {str(name): one.variable for name, one in tests.inputs.coords.items() if one.dims == ("position",)}
     return found | ({"quantity": list(scene.error_definitions)} if scene.error_definitions else {})
 
@@ -257,7 +263,8 @@ def _attributes(scene: Scene, curves: dict, truth: Truth, omitted: list[str]) ->
         "learners": json.dumps([name for name, kind in mine.items() if kind.learns]),
         "not_applicable": json.dumps({name: reason for name, reason in reasons.items() if reason is not None}),
         "omitted": json.dumps(omitted), "machine": machine(), "threads": threads_in_use(), "backend": scene.solver,
-        "n_free": scene.n_free, "n_train": json.dumps(truth.counts("train")), "n_test": json.dumps(truth.counts("test")),
+        "n_free": scene.n_free, "n_train": json.dumps(truth.counts("train")),
+        "n_test": json.dumps(truth.counts("test")),
         "scene_parameters": scene.to_json(), "scene_hash": scene.content_hash, "mesh_hash": scene.mesh_hash}
     if scene.grid is not None:
         found["n_nodes"] = scene.grid.n_node

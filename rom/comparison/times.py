@@ -142,7 +142,8 @@ def time_variables(entries: list[Entry], scene: Scene) -> dict[str, tuple]:
             "long_name": "the same over the plain full-order method", **one})
     online = medians["online"]
     gain = min((online[i] for i in solvers), default=np.nan) - online
-    variables["break_even_cases"] = ("entry", np.divide(offline, gain, out=np.full(len(entries), np.inf), where=gain > 0), {
+    repaid = np.divide(offline, gain, out=np.full(len(entries), np.inf), where=gain > 0)
+    variables["break_even_cases"] = ("entry", repaid, {
         "long_name": f"{noun}s after which the offline cost is repaid, over the fastest full-order method", **one})
     return variables
 

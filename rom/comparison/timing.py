@@ -1,8 +1,9 @@
 """Clocks that a sceptic accepts: wall time, one protocol for slow and fast, methods interleaved, every call kept.
 
-A round asks every method in turn. A method's first call in a round comes after all others have run and finds nothing of
-its own in the processor's caches; the calls that follow at once find them warm, as a running application would. Each call
-gets another case, so that no method answers from what an earlier call left. Nothing is averaged: medians are the reader's.
+A round asks every method in turn. A method's first call in a round comes after all others have run and finds nothing
+of its own in the processor's caches; the calls that follow at once find them warm, as a running application would. Each
+call gets another case, so that no method answers from what an earlier call left. Nothing is averaged: medians are the
+reader's.
 """
 
 from __future__ import annotations

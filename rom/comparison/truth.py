@@ -43,8 +43,8 @@ class Truth:
     def index(self) -> xr.Dataset:
         """The dataset without its fields: inputs, splits, what is recorded of the answers."""
         with open_netcdf(self.path) as data:
-            large = [name for name, values in data.data_vars.items() if not set(values.dims) <= {"case", "force", "position"}]
-            return data.drop_vars(large).load()
+            small = {"case", "force", "position"}
+            return data.drop_vars([name for name, one in data.data_vars.items() if not set(one.dims) <= small]).load()
 
     def training(self, split: str) -> xr.Dataset:
         """Training cases of a split, kept until another split or :meth:`forget`, so that methods share one POD."""
@@ -126,7 +126,8 @@ def held_out_tests(scene: Scene, truth: Truth) -> Tests:
                  {split: np.isin(truth.held_out, select(truth.index, split, "test")) for split in SPLITS})
 
 
-def validation_tests(scene: Scene, truth: Truth, count: int, progress: Callable, workers: int | None = 1) -> Tests | None:
+def validation_tests(scene: Scene, truth: Truth, count: int, progress: Callable, workers: int | None = 1
+                     ) -> Tests | None:
     """Cases of another draw by which settings are picked: neither learned from nor judged; None without any.
 
     Of a population that is counted, weights that come with the toolkit may have learned every case that the published
@@ -164,11 +165,6 @@ def validation_tests(scene: Scene, truth: Truth, count: int, progress: Callable,
     data = read_dataset(path)
     return Tests(scene.read(data), scene.values(data), scene.cases_from(arrays.take(rows)), rows,
                  {split: mask[rows] for split, mask in tested.items()})
-
-
-def is_quickly_made(truth: Truth, seconds: float) -> bool:
-    """Whether solving the truth took no longer than so much [s]."""
-    return float(truth.index["solve_seconds"].sum()) <= seconds
 
 
 def take(values: Any, rows: Any) -> Any:

@@ -70,7 +70,8 @@ def worst_variables(entries: list[Entry], scene: Scene) -> xr.Dataset:
         data |= {f"worst_{short}_{end}": (("worst", "position"), stacked(f"{short}_{end}"), {
             "long_name": f"{quantity.long_name}, {text}", "units": quantity.unit}) for end, text in ENDS.items()}
     if "position" in found[0]:
-        data["worst_position"] = ("worst", stacked("position"), {"long_name": "position of the worst state", "units": "1"})
+        data["worst_position"] = ("worst", stacked("position"), {
+            "long_name": "position of the worst state", "units": "1"})
     return xr.Dataset(data, coordinates)
 
 

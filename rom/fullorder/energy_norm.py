@@ -214,3 +214,14 @@ def block_product(rows: Floats, columns: Floats) -> tuple[Floats, int]:
 def _squares(fields: np.ndarray, weight: Floats) -> Floats:
     parts = (fields.real, fields.imag) if np.iscomplexobj(fields) else (fields,)
     return np.asarray(sum((part * part) @ weight for part in parts))
+
+
+def energy_norms(fields: np.ndarray, stiffness: sp.sparray) -> np.ndarray:
+    """``sqrt(u^H K u)`` of the columns of ``fields`` (n, n_case), rounded as it comes: for errors that are shown.
+
+    Returns
+    -------
+    (n_case,) ndarray [J^1/2]
+    """
+    parts = (fields.real, fields.imag) if np.iscomplexobj(fields) else (fields,)
+    return np.sqrt(sum(np.einsum("ij,ij->j", part, stiffness @ part) for part in map(np.ascontiguousarray, parts)))

@@ -40,7 +40,7 @@ def field_file(engine: Engine, state: State, answer: Answer, name: str) -> bytes
         else:
             scene = engine.scene(state)
             cases = scene.cases_from(engine.cases(state, scene))
-            data = scene.label(cases, answer.values[None], "field").assign(mesh_variables(scene))
+            data = scene.label(cases, answer.values[None], "field").assign(mesh_variables(scene.grid))
             data.attrs = {**dataset_attributes(scene), "method": state.method, "state": state.to_query(), **stamp()}
             write_dataset(data, path, compress=True)
         return path.read_bytes()

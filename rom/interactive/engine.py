@@ -16,7 +16,6 @@ import numpy as np
 
 from rom.errors import SolverError
 from rom.fingertip import TISSUES
-from rom.fingertip.locking import locking_reason
 from rom.fingertip.mesh import MILLIMETRE
 from rom.interactive import state as states
 from rom.interactive.cut import Section, section
@@ -25,7 +24,7 @@ from rom.interactive.receptance import natural_frequencies, response_at
 from rom.interactive.receptors import ReceptorStrain
 from rom.interactive.state import Limits, State
 from rom.interactive.surface import Surface, surface_of
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
 
 SWEEP = np.linspace(2.0, 300.0, 150)
 """Frequencies of a frequency response [Hz]."""
@@ -81,11 +80,11 @@ class Engine:
 
     # ---- the answer -----------------------------------------------------------------------------------------
 
-    def scene(self, state: State) -> Scene:
+    def scene(self, state: State) -> LinearScene:
         """The scene whose question a state asks."""
         return self.models.scene(state.harmonic)
 
-    def cases(self, state: State, scene: Scene) -> CaseArrays:
+    def cases(self, state: State, scene: LinearScene) -> CaseArrays:
         """The state as one case of a scene; at 0 Hz a harmonic scene's case has no loss."""
         node = np.array([[self._pad_row[node] for node, _ in state.forces]])
         force = np.array([[amplitude for _, amplitude in state.forces]])
@@ -123,22 +122,18 @@ class Engine:
 
     def validity(self, *reasons: str) -> str:
         """Reasons not to stand behind an answer as one clause, the fingertip's own among them; each once."""
-        return "; ".join(dict.fromkeys(reason for reason in (*reasons, self._locked) if reason))
-
-    @cached_property
-    def _locked(self) -> str:
-        return locking_reason(self.tip)
+        return "; ".join(dict.fromkeys(reason for reason in (*reasons, *self.models.harmonic.doubts) if reason))
 
     def assemble(self) -> None:
         """Make stiffness and mass, which residuals need and answers do not."""
-        _ = self.models.harmonic.full_order
+        _ = self.models.harmonic.model.matrices
 
     def residual(self, state: State, values: np.ndarray) -> float:
         """``||Z u - f|| / ||f||`` of an answer."""
         scene = self.models.harmonic  # one pair of matrices serves both
         point = (state.frequency, state.loss_factor) if state.harmonic else ()
         force = scene.force_vectors(self.cases(state, scene))[:, 0]
-        return float(scene.full_order.residual(values, force, *point))
+        return float(scene.model.residual(values, force, *point))
 
     # ---- what is shown of it --------------------------------------------------------------------------------
 

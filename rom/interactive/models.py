@@ -14,15 +14,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rom.comparison.entries import is_network, model_path, seeded
-from rom.comparison.settings import CURVES, NOT_APPLICABLE, QUICK_CURVES, TRAINED, constructor_settings
-from rom.comparison.side_by_side import CASES, QUICK_CASES, SEED, beyond_count, find_truth, truth_path
-from rom.datasets.splits import SPLITS
+from rom.comparison.entries import model_path, seeded
+from rom.comparison.truth import find_truth, truth_path
+from rom.datasets import SPLITS
 from rom.errors import RomError, SchemaError
 from rom.fingertip import Fingertip
-from rom.metamodels import METHODS, Metamodel, create, load, metamodel_class
-from rom.metamodels.networks.sizes import weights_path
-from rom.scenes import HarmonicPointForce, Scene, StaticPointForces, get_scene
+from rom.metamodels import Curve, Metamodel, applicable, create, load, metamodel_class, method_names
+from rom.metamodels.networks.sizes import TRAINED, constructor_settings, weights_path
+from rom.metamodels.registry import metamodel_classes
+from rom.scenes import LinearScene, get_scene
 
 log = logging.getLogger(__name__)
 
@@ -33,7 +33,7 @@ SOLVED = ("direct", "direct-reused", "coarse-fem")
 MODAL: dict[str, dict[str, Any]] = {"modal-krylov": {"modes": 40, "vectors": 6}, "modal-static": {"modes": 40},
                                     "modal": {}}
 """The modal family's settings here: `modal-krylov` and `modal-static` in double precision, `modal` at its headline."""
-HOW_TO_FIT = "start `rom serve --fit` once, which takes some minutes, or run `make report`"
+HOW_TO_FIT = "start `rom serve --fit` once, which takes some minutes"
 Progress = Callable[[Iterable, str], Iterable]
 
 
@@ -43,17 +43,21 @@ class Source:
 
     Parameters
     ----------
-    scene : Scene
-    method : str
+    scene : LinearScene
+    kind : type of Metamodel
     settings : dict
     path : Path
-        In the cache, whether it is there or not.
+        In the cache, or among the trained weights that come with the toolkit; whether it is there or not.
     """
 
-    scene: Scene
-    method: str
+    scene: LinearScene
+    kind: type[Metamodel]
     settings: dict[str, Any]
     path: Path
+
+    @property
+    def can_be_fitted(self) -> bool:
+        return _torch_is_there() or not self.kind.needs(self.scene).network
 
 
 class Models:
@@ -68,37 +72,41 @@ class Models:
 
     def __init__(self, tip: Fingertip, quick: bool = False) -> None:
         self.tip, self.quick = tip, quick
-        self.harmonic: Scene = get_scene(HarmonicPointForce.name, tip)
-        self.static: Scene = get_scene(StaticPointForces.name, tip)
+        self.harmonic: LinearScene = get_scene("harmonic-point-force", tip)
+        self.static: LinearScene = get_scene("static-point-forces", tip)
         self._loaded: dict[tuple[str, bool], Metamodel] = {}
         self._reading = threading.Lock()
 
-    def scene(self, harmonic: bool) -> Scene:
+    def scene(self, harmonic: bool) -> LinearScene:
         """The scene that a state with or without motion asks."""
         return self.harmonic if harmonic else self.static
 
     # ---- what there is --------------------------------------------------------------------------------------
 
+    @cached_property
+    def _refused(self) -> dict[bool, dict[str, str | None]]:
+        """Why methods do not apply, by whether anything moves."""
+        return {harmonic: applicable(self.scene(harmonic)) for harmonic in (False, True)}
+
     def reason(self, method: str, harmonic: bool) -> str:
         """Why a method cannot be chosen at (or above) 0 Hz; empty where it can."""
-        scene = self.scene(harmonic)
-        if method in SOLVED or method in MODAL or (method == "superposition" and not harmonic):
+        if method in MODAL:
             return ""
-        if scene.name not in metamodel_class(method).scenes:
-            return NOT_APPLICABLE[scene.name].get(method, f"does not apply to {scene.name}")
-        if is_network(method) and not _torch_is_there():
+        refused = self._refused[harmonic][method]
+        if refused is not None or method in (*SOLVED, "superposition"):
+            return refused or ""
+        source = self.sources[method, harmonic]
+        if not source.can_be_fitted:
             return "needs torch, which is not installed: pip install 'fingertip-rom[networks]'"
-        if not self.sources[method, harmonic].path.exists():
-            return f"has not been fitted to this fingertip: {HOW_TO_FIT}"
-        return ""
+        return "" if source.path.exists() else f"has not been fitted to this fingertip: {HOW_TO_FIT}"
 
     def listed(self) -> list[dict[str, Any]]:
         """One JSON-able record a method: name, summary, where it can be chosen, reasons where not."""
         records = []
-        for method in METHODS:
+        for method in method_names():
             reasons = {harmonic: self.reason(method, harmonic) for harmonic in (False, True)}
             records.append({
-                "name": method, "summary": metamodel_class(method).summary, "static": not reasons[False],
+                "name": method, "summary": metamodel_classes(method)[0].summary, "static": not reasons[False],
                 "harmonic": not reasons[True], "reason_static": reasons[False], "reason_harmonic": reasons[True],
                 "reason": reasons[True] if all(reasons.values()) else "", "max_forces": 3,
                 "slow": method in SOLVED})
@@ -109,39 +117,27 @@ class Models:
         """By method and whether it is for motion; methods of :data:`SOLVED` have none."""
         found: dict[tuple[str, bool], Source] = {}
         for method, settings in MODAL.items():
-            source = self._source(self.harmonic, method, settings)
-            found[method, True] = found[method, False] = source
-        for scene in (self.static, self.harmonic):
-            for method, curve in (QUICK_CURVES if self.quick else CURVES)[scene.name].items():
-                if method not in SOLVED and method not in MODAL:
-                    settings = curve.settings[curve.headline]
-                    found[method, scene.harmonic] = (
-                        self._trained(scene, method, settings) if TRAINED in settings
-                        else self._source(scene, method, settings))
+            found[method, True] = found[method, False] = self._source(self.harmonic, method, settings)
+        for harmonic, refused in self._refused.items():
+            for method, reason in refused.items():
+                if reason is None and method not in (*SOLVED, *MODAL):
+                    settings = self.settings_of(method, harmonic)
+                    found[method, harmonic] = self._source(self.scene(harmonic), method, settings)
         return found
 
-    def _trained(self, scene: Scene, method: str, settings: dict[str, Any]) -> Source:
-        """The weights that come with the toolkit where they are of this mesh; else a fit to the comparison's cases."""
-        path = weights_path(method, settings[TRAINED], SPLITS[0])
-        settings = constructor_settings(method, settings)
-        if path.exists() and _torch_is_there():
-            from rom.datasets.tensors import read_attributes
+    def _source(self, scene: LinearScene, method: str, settings: dict[str, Any]) -> Source:
+        kind = metamodel_class(method, scene)
+        if TRAINED in settings:
+            return Source(scene, kind, constructor_settings(method, settings), weights_path(method, settings[TRAINED]))
+        key = truth_path(scene, *self._truth(scene)).stem
+        return Source(scene, kind, seeded(kind, settings, scene.extent.seed),
+                      model_path(kind, scene, settings, key, scene.extent.seed))
 
-            try:
-                if read_attributes(path)["scene_hash"] == scene.content_hash:
-                    return Source(scene, method, settings, path)
-            except RomError as error:
-                log.warning("%s cannot be used: %s", path, error)
-        return self._source(scene, method, settings)
-
-    def _source(self, scene: Scene, method: str, settings: dict[str, Any]) -> Source:
-        cases = self._cases
-        key = truth_path(scene, cases, beyond_count(cases), SEED).stem
-        return Source(scene, method, seeded(method, settings, SEED), model_path(scene, method, settings, key, SEED))
-
-    @property
-    def _cases(self) -> int:
-        return QUICK_CASES if self.quick else CASES
+    def _truth(self, scene: LinearScene) -> tuple[int, int, int]:
+        """Cases, cases beyond the ranges and seed of the comparison whose models are shown."""
+        extent = scene.extent
+        cases = extent.quick_cases if self.quick else extent.cases
+        return cases, extent.beyond(cases), extent.seed
 
     # ---- getting them ---------------------------------------------------------------------------------------
 
@@ -168,8 +164,14 @@ class Models:
         return (method, harmonic or method in MODAL) in self._loaded
 
     def settings_of(self, method: str, harmonic: bool) -> dict[str, Any]:
-        """Settings of a method of :data:`SOLVED`: those of the comparison's headline."""
-        curve = (QUICK_CURVES if self.quick else CURVES)[self.scene(harmonic).name][method]
+        """Settings of a comparison's headline."""
+        scene = self.scene(harmonic)
+        kind = metamodel_class(method, scene)
+        try:
+            curve = kind.quick_curve(scene) if self.quick else kind.curve(scene)
+        except RomError as error:  # trained weights that are damaged
+            log.warning("%s is shown as it is without trained weights: %s", method, error)
+            curve = Curve()
         return curve.settings[curve.headline]
 
     def _read(self, source: Source) -> Metamodel:
@@ -181,16 +183,15 @@ class Models:
             except Exception as error:  # whatever damage does to a reader: one file stops nobody
                 named = error if isinstance(error, RomError) else f"{source.path} cannot be read ({error!r})"
                 reason = " ".join(str(named).split())
-                if metamodel_class(source.method).learns:
+                if source.kind.learns:
                     raise SchemaError(f"{reason}: {HOW_TO_FIT}") from error
                 log.warning("a cached model is fitted again: %s", reason)
-        # a scene of its own: comparisons find this model too, and bill what its fit took
-        own = get_scene(source.scene.name, source.scene.fingertip)
-        model = create(source.method, own, **source.settings).fit()
+        # a scene of its own, as in comparisons, which find this model too
+        model = create(source.kind.name, source.scene.afresh(), **source.settings).fit()
         try:
             model.save(source.path)
         except OSError as error:
-            log.warning("%s cannot be written (%s): the next start fits %s again", source.path, error, source.method)
+            log.warning("%s cannot be written (%s): the next start fits %s again", source.path, error, source.kind.name)
         model.scene = source.scene
         return model
 
@@ -204,20 +205,19 @@ class Models:
 
     def fit_all(self, progress: Progress) -> None:
         """Fit everything else too, solving snapshots first where something learns and the cache lacks them."""
-        for (method, harmonic), source in self.sources.items():
-            if not metamodel_class(method).learns and not self._answers(method, harmonic):
-                self._read(source)  # a table of responses, say
+        missing = [source for (method, harmonic), source in self.sources.items()
+                   if source.can_be_fitted and not self._answers(method, harmonic)]
+        for source in progress([one for one in missing if not one.kind.learns], "fitting"):
+            self._read(source)  # a table of responses, say
         for scene in (self.static, self.harmonic):
-            missing = [source for (method, harmonic), source in self.sources.items()
-                       if source.scene is scene and (_torch_is_there() or not is_network(method))
-                       and not self._answers(method, harmonic)]
-            if missing:
+            learning = [source for source in missing if source.kind.learns and source.scene is scene]
+            if learning:
                 try:
-                    self._fit_to(scene, missing, progress)
-                except SchemaError as error:
+                    self._fit_to(scene, learning, progress)
+                except (SchemaError, FileExistsError) as error:
                     log.warning("cached snapshots are solved again: %s", error)
-                    truth_path(scene, self._cases, beyond_count(self._cases), SEED).unlink(missing_ok=True)
-                    self._fit_to(scene, missing, progress)
+                    truth_path(scene, *self._truth(scene)).unlink(missing_ok=True)
+                    self._fit_to(scene, learning, progress)
 
     def _answers(self, method: str, harmonic: bool) -> bool:
         """Whether the cache holds a method's model, or there was no need to learn one."""
@@ -227,14 +227,14 @@ class Models:
             return False
         return True
 
-    def _fit_to(self, scene: Scene, missing: list[Source], progress: Progress) -> None:
-        truth = find_truth(scene, self._cases, beyond_count(self._cases), SEED, progress).training(SPLITS[0])
+    def _fit_to(self, scene: LinearScene, missing: list[Source], progress: Progress) -> None:
+        truth = find_truth(scene, *self._truth(scene), progress).training(SPLITS[0])
         for source in progress(missing, f"fitting {scene.name}"):
-            model = create(source.method, get_scene(scene.name, scene.fingertip), **source.settings)
+            model = create(source.kind.name, scene.afresh(), **source.settings)
             try:
                 model.fit(truth).save(source.path)
             except ValueError as error:  # a rank that few quick cases do not span, say
-                log.warning("%s is left out: %s", source.method, error)
+                log.warning("%s is left out: %s", source.kind.name, error)
 
 
 def _torch_is_there() -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from rom.checks import choice, real_number, shown, whole_number
 from rom.fingertip import Fingertip
 from rom.fingertip.mesh import MILLIMETRE
-from rom.metamodels.registry import METHODS
+from rom.metamodels import method_names
 
 QUANTITIES = ("magnitude", "x", "y", "z", "normal", "phase", "strain")
 MOST_FORCES = 3
@@ -148,7 +148,7 @@ def from_json(record: Any, limits: Limits) -> State:
     return State(
         found, _number("frequency", record.get("frequency", 0.0), FREQUENCY, "Hz"),
         _number("loss_factor", record.get("loss_factor", DEFAULT_LOSS_FACTOR), LOSS_FACTOR),
-        choice("method", record.get("method", DEFAULT_METHOD), METHODS),
+        choice("method", record.get("method", DEFAULT_METHOD), method_names()),
         choice("quantity", record.get("quantity", DEFAULT_QUANTITY), QUANTITIES),
         _cut(record.get("cut"), limits), probe_node(record.get("probe"), limits))
 

@@ -91,11 +91,11 @@ def compress(model: ModalKrylov, title: str = "") -> SurfaceModel:
     -------
     SurfaceModel
     """
-    tip = model.scene.fingertip
+    tip = model.scene.body.fingertip
     surface = surface_of(tip)
     rows = _vertex_rows(tip, surface)
-    modes = _at(model._shapes.field, rows)
-    own = _at(model._own.field, rows)  # (load, vector, 3 n_vertex)
+    modes = _at(model.shapes.field, rows)
+    own = _at(model.own_shapes.field, rows)  # (load, vector, 3 n_vertex)
     s_unit = (2.0 * np.pi * HIGHEST_HZ) ** 2
     reach = s_unit * float(model.theta.max())
     series = economised_series(reach, TERMS)

@@ -24,6 +24,7 @@ from rom.errors import SolverError
 from rom.fingertip import Fingertip
 from rom.fullorder import IllConditionedWarning
 from rom.scenes import CaseArrays, scene_from_json
+from rom.scenes.fingertip_scene import fingertip_of
 
 PATIENCE = 5.0
 """Seconds that a killed process gets to vanish."""
@@ -175,7 +176,7 @@ def _solve(job: Job, models: dict[tuple[str, str], Any], tips: dict[str, Fingert
     if key not in models:
         scene = scene_from_json(job.scene)
         # both scenes share one fingertip and its matrices
-        tip = tips.setdefault(scene.fingertip.content_hash, scene.fingertip)
+        tip = tips.setdefault(scene.content_hash, fingertip_of(scene))
         models[key] = create(job.method, get_scene(scene.name, tip), **job.settings).fit()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

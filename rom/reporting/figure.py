@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,7 +38,7 @@ class Figure:
     figure: MatplotlibFigure
     caption: str
     alt: str
-    points: Sequence[tuple[Axes, float, float, str]] = ()
+    points: Sequence[tuple[Axes, float, float, str]] = field(default=(), kw_only=True)
     """What is told under the pointer: axes, place in their data, words."""
 
     def write(self, folder: Path) -> None:

@@ -22,6 +22,8 @@ class Extent(NamedTuple):
         Cases in a large batch.
     floor_scale : float
         Elements along each edge, over the scene's own, of the finer mesh that measures the mesh-convergence floor.
+    floor_on_all : bool
+        Whether it is measured on cases that any split holds out, or on those of the published one.
     """
 
     seed: int = 2026
@@ -33,6 +35,7 @@ class Extent(NamedTuple):
     batch: int = 2048
     quick_batch: int = 256
     floor_scale: float = 1.25
+    floor_on_all: bool = False
 
     def beyond(self, cases: int) -> int:
         """Number of cases beyond the published ranges that go with ``cases`` within them."""

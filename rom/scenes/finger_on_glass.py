@@ -89,8 +89,8 @@ class FingerOnGlass(Scene):
     error_definitions: ClassVar[dict[str, str]] = DEFINITIONS
     told_along: ClassVar[dict[str, str]] = {"force": "tangential_force", "area": "contact_area"}
     # another seed than those on which features and settings of what learns were chosen
-    extent: ClassVar[Extent] = Extent(seed=4817, cases=240, quick_cases=18, least_cases=15, least_beyond=3, validation=9,
-                                      batch=64, quick_batch=64, floor_scale=1.6)
+    extent: ClassVar[Extent] = Extent(4817, cases=240, quick_cases=18, least_cases=15, least_beyond=3, validation=9,
+                                      batch=64, quick_batch=64, floor_scale=1.6, floor_on_all=True)
     quick_options: ClassVar[dict[str, Any]] = {"rays": 40, "layers": 5}
     recommended: ClassVar[str] = "pod-galerkin"
     solver: ClassVar[str] = "Newton's method along the path, every step converged to 1e-8"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 import xarray as xr
@@ -66,15 +66,15 @@ class Scene(ABC):
     """The same in words."""
     case_noun: str = "case"
     error_definition: str = "||u_hat - u|| / ||u|| over all degrees of freedom"
-    error_definitions: dict[str, str] = {}
+    error_definitions: ClassVar[dict[str, str]] = {}
     """Errors that are told beside the one by which methods are judged, in words."""
-    told_along: dict[str, str] = {}
+    told_along: ClassVar[dict[str, str]] = {}
     """Quantities that results tell along the positions of a worst case, by the short names that they have there."""
     extent: Extent = Extent()
     """How much of the scene a comparison looks at."""
     recommended: str = "direct"
     """Name of the method that serves the scene best where nothing else is said."""
-    quick_options: dict[str, Any] = {}
+    quick_options: ClassVar[dict[str, Any]] = {}
     """Arguments of the scene's factory for a coarse mesh: a check that everything runs."""
     solver: str = ""
     """How the full-order model is solved, in words."""
@@ -88,6 +88,11 @@ class Scene(ABC):
     grid: Grid | None = None
     doubts: tuple[str, ...] = ()
     """Why answers are not to be trusted, whatever the method."""
+
+    @property
+    def n_free(self) -> int:
+        """Unknowns of the full-order model; 0 where they are not counted."""
+        return 0
 
     @property
     def quantity(self) -> str:
@@ -256,7 +261,7 @@ class Scene(ABC):
         return [np.array([i]) for i in range(len(cases))]
 
     def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
-        """(k,) ndarray of bool: one in ``every`` of the cases at ``rows`` of a dataset, those solved together kept so."""
+        """(k,) ndarray of bool: one in ``every`` of a dataset's cases at ``rows``, kept with what it is solved with."""
         return np.arange(len(rows)) % every == 0
 
     def same_on_any_mesh(self, cases: Any) -> np.ndarray:

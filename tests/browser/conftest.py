@@ -10,10 +10,9 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 
-from rom.comparison.side_by_side import QUICK_DENSITY
 from rom.fingertip import Fingertip
 from rom.metamodels import create
-from rom.scenes import CaseArrays, HarmonicPointForce, get_scene
+from rom.scenes import CaseArrays, get_scene
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = ("--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
@@ -103,18 +102,18 @@ def visit(chromium):
 @pytest.fixture(scope="session")
 def coarse_tip():
     """The fingertip of `rom serve --quick`."""
-    return Fingertip(density=QUICK_DENSITY)
+    return Fingertip.preset("quick")
 
 
 @pytest.fixture(scope="session")
 def krylov(coarse_tip):
-    return create("modal-krylov", get_scene(HarmonicPointForce.name, coarse_tip), modes=40, vectors=6).fit()
+    return create("modal-krylov", get_scene("harmonic-point-force", coarse_tip), modes=40, vectors=6).fit()
 
 
 @pytest.fixture(scope="session")
 def answer(krylov):
     """The Python answer at a pad node [m]: the vector, and its part into the skin."""
-    mesh = krylov.scene.fingertip.mesh
+    mesh = krylov.scene.body.fingertip.mesh
 
     def displacement(forces, frequency, loss_factor, node):
         loads = np.searchsorted(mesh.pad_nodes, [one for one, _ in forces])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from rom.comparison.errors import energy_errors, relative_errors, statistics
+from rom.comparison.errors import energy_errors, statistics
+from rom.relative import relative_errors
 
 
 def test_relative_errors_by_hand():

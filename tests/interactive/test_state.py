@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rom.interactive.state import AMPLITUDE, QUANTITIES, Limits, State, from_json, from_query
-from rom.metamodels import METHODS
+from rom.metamodels import method_names
 
 PAD = list(range(10, 40))
 LIMITS = Limits(frozenset(PAD), frozenset(range(100)), 20, dict.fromkeys("xyz", (-9.0, 28.0)))
@@ -14,7 +14,7 @@ amplitudes = st.floats(*AMPLITUDE) | st.floats(-AMPLITUDE[1], -AMPLITUDE[0])
 forces = st.lists(st.sampled_from(PAD), min_size=1, max_size=3, unique=True).flatmap(
     lambda nodes: st.tuples(*[st.tuples(st.just(node), amplitudes) for node in nodes]))
 valid_states = st.builds(
-    State, forces, st.floats(0, 300).map(abs), st.floats(0, 1).map(abs), st.sampled_from(list(METHODS)),
+    State, forces, st.floats(0, 300).map(abs), st.floats(0, 1).map(abs), st.sampled_from(method_names()),
     st.sampled_from(QUANTITIES),
     st.none() | st.tuples(st.sampled_from("xyz"), st.floats(-9, 28).map(lambda x: x + 0.0)),
     st.none() | st.integers(0, 99))

@@ -216,5 +216,4 @@ def test_datasets_keep_directions_and_phases(patches, patches_data):
     drawn = patches.sample(96, 3)
     np.testing.assert_allclose(arrays.force[:96], np.where(drawn.force == 0, 0, drawn.force), rtol=1e-14)
     assert set(np.unique(patches_data["direction"])) == {*DIRECTIONS, "none"}
-    model = create("direct", patches).fit()
     assert (residuals(patches, patches_data, patches_data) < 1e-10).all()

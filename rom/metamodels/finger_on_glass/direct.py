@@ -45,7 +45,7 @@ class PathDirect(Metamodel):
     def _fit(self, train: xr.Dataset | None) -> None:
         warm_up()  # compiling belongs to the offline stage
 
-    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         return self._follow(cases, outputs)[0]
 
     def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:

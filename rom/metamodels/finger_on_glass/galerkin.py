@@ -170,7 +170,7 @@ class PathGalerkin(Metamodel):
             self.variants[int(paths.variant[i])].finger, self._constants(paths, i), controls,
             np.array(path.normal_force) / self.scene.effective_length, np.array(path.travel), np.array(VISCOSITIES))
 
-    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         return self._follow_all(cases, outputs)[0]
 
     def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:

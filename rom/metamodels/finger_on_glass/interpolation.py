@@ -92,7 +92,7 @@ class PathInterpolation(Metamodel):
         weight = 1.0 / np.maximum(distance[near], 1e-12) ** 2
         return rows[near], weight / weight.sum()
 
-    def _evaluate(self, cases: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         check_learned(self.name, cases, self._rows)
         names = [name for name in wanted(outputs) if name != "contact_area"]
         found: Answers = {name: np.empty((len(cases), *self._stored[name].shape[1:])) for name in names}

@@ -131,7 +131,7 @@ class OnModes(Metamodel):
     def _coordinates(self, v: int, features: np.ndarray) -> np.ndarray:
         """(n_path, n_station, size) ndarray: what was learned."""
 
-    def _evaluate(self, paths: PathArrays, outputs: str, out: None) -> Answers:
+    def _evaluate(self, paths: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         check_learned(self.name, paths, self._spaces)
         found: Answers = {}
         for v in map(int, np.unique(paths.variant)):

@@ -13,7 +13,8 @@ from safetensors.numpy import save_file
 from rom.datasets.tensors import REQUIRED, read_attributes, read_weights, write_weights
 from rom.errors import SchemaError
 from rom.fingertip import Fingertip, MeshDensity
-from rom.metamodels import load, metamodel_class
+from rom.metamodels import load
+from rom.metamodels.registry import metamodel_classes
 from rom.scenes import get_scene
 
 
@@ -66,7 +67,7 @@ def test_foreign_files_are_refused(saved, tmp_path):
     save_file(arrays, foreign, dict.fromkeys(attributes, "{"))
     with pytest.raises(SchemaError, match=r"foreign\.safetensors has a header that cannot be read"):
         read_attributes(foreign)
-    other = metamodel_class("mlp" if model.name == "transformer" else "transformer")
+    other = metamodel_classes("mlp" if model.name == "transformer" else "transformer")[0]
     with pytest.raises(SchemaError, match="load it with its own class"):
         other.load(path)
     write_weights(foreign, arrays, {**attributes, "model_version": "0.1"})
@@ -82,14 +83,14 @@ def test_missing_or_misshapen_weights_are_refused(saved, tmp_path):
                {k: v for k, v in arrays.items() if k != "basis"}]
     for tensors in changed:
         write_weights(tmp_path / "changed.safetensors", tensors, attributes)
-        with pytest.raises(SchemaError, match=r"changed\.safetensors lacks weights"):
+        with pytest.raises(SchemaError, match=r"changed\.safetensors is incomplete or damaged"):
             type(model).load(tmp_path / "changed.safetensors", snapshots.scene)
 
 
 def test_other_mesh_is_refused(saved):
     snapshots, model, path = saved
     scene = get_scene(snapshots.scene.name, Fingertip(density=MeshDensity((4, 6), 2, 2, (1, 1, 1, 2))))
-    with pytest.raises(SchemaError, match="another anatomy or mesh"):
+    with pytest.raises(SchemaError, match="another body or mesh"):
         type(model).load(path, scene)
 
 

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rom.comparison.entries import Entry
 from rom.comparison.errors import statistics
-from rom.comparison.held_out import SHARE
-from rom.datasets import SPLITS
-from rom.scenes import Scene
+from rom.scenes import LinearScene
 
 MISSING = np.nan
 
@@ -70,14 +67,8 @@ class Table:
         return found
 
 
-def judged(entries: list[Entry]) -> list[tuple[int, int]]:
-    """Positions of the entries and splits that the whole population judges: trained weights, and every headline."""
-    return [(i, j) for i, entry in enumerate(entries) for j, split in enumerate(SPLITS)
-            if (entry.trained or entry.headline) and split in entry.models and entry.method not in SHARE]
-
-
-def pad_places(scene: Scene) -> dict[str, tuple]:
+def pad_places(scene: LinearScene) -> dict[str, tuple]:
     """Coordinates of the pad's nodes."""
     names = {"pad_x": "distance from the joint towards the tip", "pad_y": "lateral position"}
-    return {name: ("pad_node", scene.pad_positions[:, k], {"long_name": words, "units": "m"})
+    return {name: ("pad_node", scene.loads.position[:, k], {"long_name": words, "units": "m"})
             for k, (name, words) in enumerate(names.items())}

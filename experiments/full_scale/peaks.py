@@ -6,15 +6,12 @@ height follow from the parabola through the logarithms of its three highest poin
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from rom.comparison.entries import Entry
-from rom.comparison.held_out import SHARE
-from rom.datasets import SPLITS
 from rom.datasets.reduced import ReducedField
-from rom.scenes import CaseArrays, Scene
+from rom.scenes import CaseArrays, LinearScene
 from rom.scenes.harmonic_point_force import AMPLITUDE, FREQUENCY
 
 NODES = 24
@@ -23,35 +20,40 @@ QUIET_HZ = 20
 """Below this, the response is the static one, which no peak is."""
 
 
-def peak_errors(entries: list[Entry], scene: Scene, field: ReducedField, progress: Callable) -> dict[str, tuple]:
-    """Largest errors of the highest peak's frequency and height, of each headline entry.
+class Peaks:
+    """Largest errors of the highest peak's frequency and height, filled an entry at a time.
 
     Parameters
     ----------
-    entries : list of Entry
-    scene : HarmonicPointForce
+    scene : LinearScene
+        `harmonic-point-force`.
     field : ReducedField
         The truth.
-    progress : callable
-        Wraps the iteration over entries, to show a bar.
+    n_entry : int
     """
-    nodes = np.linspace(0, scene.n_pad - 1, NODES).astype(int)
-    curves = [(node, loss) for node in nodes for loss in LOSS_FACTORS]
-    shapes = field.modes[:, scene.pad_rows]
-    truth = np.array([_true_response(field, scene, shapes, node, loss) for node, loss in curves])
-    place, height, inside = highest_peak(truth)
-    wrong = np.full((2, len(entries)), np.nan)
-    rows = [i for i, entry in enumerate(entries) if entry.headline and entry.method not in SHARE]
-    for i in progress(rows):
-        model = entries[i].models[SPLITS[0]]
-        found = np.array([_size(model.evaluate(_curve(node, loss), "pad")) for node, loss in curves])
-        at, high, _ = highest_peak(found)
-        wrong[:, i] = np.abs(at - place)[inside].max(), np.abs(high / height - 1)[inside].max()
-    return {"peak_frequency_error": ("entry", wrong[0], {
+
+    def __init__(self, scene: LinearScene, field: ReducedField, n_entry: int) -> None:
+        nodes = np.linspace(0, scene.n_loads - 1, NODES).astype(int)
+        self.curves = [(node, loss) for node in nodes for loss in LOSS_FACTORS]
+        shapes = field.modes[:, scene.part_rows]
+        self.truth = highest_peak(np.array([_true_response(field, scene, shapes, *curve) for curve in self.curves]))
+        self.wrong = np.full((2, n_entry), np.nan)
+
+    def put(self, entry: int, model: Any) -> None:
+        """Take in a fitted model."""
+        place, height, inside = self.truth
+        at, high, _ = highest_peak(np.array([_size(model.evaluate(_curve(*curve), "pad")) for curve in self.curves]))
+        self.wrong[:, entry] = np.abs(at - place)[inside].max(), np.abs(high / height - 1)[inside].max()
+
+    def variables(self) -> dict[str, tuple]:
+        """Named, with units."""
+        return {
+            "peak_frequency_error": ("entry", self.wrong[0], {
                 "long_name": "largest error of the highest peak's frequency", "units": "Hz"}),
-            "peak_height_error": ("entry", wrong[1], {
+            "peak_height_error": ("entry", self.wrong[1], {
                 "long_name": "largest relative error of the highest peak's height", "units": "1"}),
-            "peak_count": ((), int(inside.sum()), {"long_name": "frequency responses with a peak", "units": "1"})}
+            "peak_count": ((), int(self.truth[2].sum()), {
+                "long_name": "frequency responses with a peak", "units": "1"})}
 
 
 def highest_peak(response: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -91,9 +93,10 @@ def _size(pad: np.ndarray) -> np.ndarray:
     return np.linalg.norm(pad, axis=1)
 
 
-def _true_response(field: ReducedField, scene: Scene, modes: np.ndarray, node: int, loss_factor: float) -> np.ndarray:
+def _true_response(field: ReducedField, scene: LinearScene, modes: np.ndarray, node: int, loss_factor: float
+                   ) -> np.ndarray:
     """(300,) ndarray: the stored answers' size over the pad."""
     cases = np.flatnonzero((field.load == node) & np.isclose(field.stiffness.imag, loss_factor)
                            & (field.inertia < (2 * np.pi * (FREQUENCY[-1] + 0.5)) ** 2))
     modal, own = field.coefficients(cases[np.argsort(field.inertia[cases])])
-    return _size(modal @ modes + own @ field.own_shapes(node)[:, scene.pad_rows])
+    return _size(modal @ modes + own @ field.own_shapes(node)[:, scene.part_rows])

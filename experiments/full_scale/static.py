@@ -7,17 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from rom.cache import cached_path
-from rom.comparison.entries import Entry
-from rom.comparison.errors import relative_errors
-from rom.comparison.full_scale.errors_by import Table, judged, pad_places
+from full_scale.contenders import Contenders
+from full_scale.errors_by import Table, pad_places
 from rom.datasets import SPLITS, superposed, unit_responses
 from rom.datasets.combinations import held_out_combinations
-from rom.datasets.snapshots import concatenate
-from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.metamodels import Metamodel
-from rom.provenance import source_digest
-from rom.scenes import CaseArrays, Scene
+from rom.relative import relative_errors
+from rom.scenes import CaseArrays
 
 SAMPLE = 4096
 """The first held-out combinations: those that methods without trained weights answer."""
@@ -26,33 +22,34 @@ BEYOND = 1024
 REGIONS = ("every node in training", "unseen node", "four or five forces")
 
 
-def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> xr.Dataset:
+def study(contenders: Contenders, progress: Callable) -> xr.Dataset:
     """Error variables over held-out combinations.
 
     Parameters
     ----------
-    entries : list of Entry
-    scene : StaticPointForces
-    seed : int
-        Of the splits.
+    contenders : Contenders
+        On the scene `static-point-forces`.
     progress : callable
         ``progress(items, title)`` shows a bar.
     """
+    scene, entries, seed = contenders.scene, contenders.entries, contenders.truth.seed
     within = held_out_combinations(scene, seed)
-    cases = concatenate(within, scene.sample_beyond(BEYOND, seed))
+    cases = within.joined(scene.sample_beyond(BEYOND, seed))
     forces = (cases.force != 0).sum(axis=1)
     # the hard split keeps nodes from training: any case that loads one is held out by it
     region = scene.hard_region(cases, seed)
-    by = {"number_of_forces": np.arange(1, int(forces.max()) + 1), "pad_node": np.arange(scene.n_pad),
+    by = {"number_of_forces": np.arange(1, int(forces.max()) + 1), "pad_node": np.arange(scene.n_loads),
           "full_scale_region": np.arange(len(REGIONS))}
     table = Table(len(entries), len(SPLITS), by)
     responses = unit_responses(scene)
-    for i, j in progress(judged(entries), "all combinations, errors"):
-        entry, split = entries[i], SPLITS[j]
+    for i, j in progress(contenders.judged(), "all combinations, errors"):
+        entry, model = entries[i], contenders.model(i, j)
+        if model is None:
+            continue
         chosen = np.arange(len(cases))
         if not entry.trained:
             chosen = np.concatenate([chosen[:SAMPLE], chosen[len(within):]])
-        error = _errors(entry, split, cases.take(chosen), responses)
+        error = (additive_errors if entry.trained else _errors)(model, cases.take(chosen), responses)
         inside = forces[chosen] <= scene.max_forces
         held_out = inside if j == 0 else inside & (region[chosen] == 1)
         counted = held_out | ~inside
@@ -64,22 +61,10 @@ def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> 
     return xr.Dataset(table.variables(), coords={**by, "full_scale_region": list(REGIONS), **pad_places(scene)})
 
 
-def _errors(entry: Entry, split: str, cases: CaseArrays, responses: np.ndarray) -> np.ndarray:
-    """Errors of the cases, found again where model and cases are the same."""
-    path = cached_path("errors", {"model": entry.keys[split], "combinations": len(cases), "split": split,
-                                  "force": float(cases.force.sum()), "scene": entry.model.scene.content_hash,
-                                  "source": source_digest("comparison/errors.py", "comparison/full_scale",
-                                                          "datasets", "scenes", "fullorder", "fingertip")})
-    if path.exists():
-        return read_netcdf(path)["error"].values
-    model = entry.models[split]
-    if entry.trained:
-        error = additive_errors(model, cases, responses)
-    else:
-        error = np.empty(len(cases))
-        for index, truth in superposed(responses, cases):
-            error[index] = relative_errors(model.evaluate(cases.take(index), "field"), truth)
-    write_netcdf(xr.Dataset({"error": ("case", error)}), path)
+def _errors(model: Metamodel, cases: CaseArrays, responses: np.ndarray) -> np.ndarray:
+    error = np.empty(len(cases))
+    for index, truth in superposed(responses, cases):
+        error[index] = relative_errors(model.evaluate(cases.take(index), "field"), truth)
     return error
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from rom.comparison.errors import relative_errors
 from rom.comparison.full_scale.errors_by import Table, largest_by
 from rom.comparison.full_scale.network_errors import network_errors
 from rom.comparison.full_scale.peaks import highest_peak
 from rom.comparison.full_scale.static import additive_errors
+
 from rom.datasets import draw_combinations, superposed, unit_responses
 from rom.datasets.reduced import ReducedField
 from rom.datasets.whole import make_whole_dataset
 from rom.metamodels import create
+from rom.relative import relative_errors
 
 SETTINGS = {"mlp": {"rank": 20, "terms": 8, "width": 8, "steps": 2},
             "mlp-residual": {"modes": 8, "rank": 12, "terms": 2, "width": 8, "steps": 2},

@@ -7,19 +7,16 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from rom.cache import cached_path
-from rom.comparison.entries import Entry
-from rom.comparison.errors import relative_errors
-from rom.comparison.full_scale.errors_by import Table, judged, pad_places
-from rom.comparison.full_scale.network_errors import network_errors
-from rom.comparison.full_scale.peaks import peak_errors
+from full_scale.contenders import Contenders
+from full_scale.errors_by import Table, pad_places
+from full_scale.network_errors import network_errors
+from full_scale.peaks import Peaks
 from rom.datasets import SPLITS
 from rom.datasets.reduced import ReducedField
 from rom.datasets.schema import SPLIT_FLAGS
-from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.datasets.whole import find_whole
-from rom.provenance import source_digest
-from rom.scenes import Scene
+from rom.metamodels import Metamodel
+from rom.relative import relative_errors
 from rom.scenes.harmonic_point_force import FREQUENCY, FREQUENCY_BEYOND, LOSS_FACTOR, LOSS_FACTOR_BEYOND
 
 SAMPLE, BEYOND = 3072, 1024
@@ -30,41 +27,45 @@ REGIONS = ("within training", "unseen node", "unseen frequency band", "301-400 H
            "loss factor 0.6")
 
 
-def study(entries: list[Entry], scene: Scene, seed: int, progress: Callable) -> xr.Dataset:
+def study(contenders: Contenders, progress: Callable) -> xr.Dataset:
     """Error variables over the whole grid; networks answer every held-out case, others a random sample.
 
     Parameters
     ----------
-    entries : list of Entry
-    scene : HarmonicPointForce
-    seed : int
-        Of the splits.
+    contenders : Contenders
+        On the scene `harmonic-point-force`.
     progress : callable
         ``progress(items, title)`` shows a bar.
     """
-    path = find_whole(scene, beyond=True, seed=seed, progress=lambda items: progress(items, "whole grid"))
+    scene, entries = contenders.scene, contenders.entries
+    path = find_whole(scene, beyond=True, seed=contenders.truth.seed,
+                      progress=lambda items: progress(items, "whole grid"))
     field = ReducedField(path)
     by = {"full_scale_frequency": np.concatenate([FREQUENCY, FREQUENCY_BEYOND]),
           "full_scale_loss_factor": np.sort(np.concatenate([LOSS_FACTOR, LOSS_FACTOR_BEYOND])),
-          "pad_node": np.arange(scene.n_pad), "full_scale_region": np.arange(len(REGIONS))}
+          "pad_node": np.arange(scene.n_loads), "full_scale_region": np.arange(len(REGIONS))}
     table = Table(len(entries), len(SPLITS), by)
     inputs, region = field.arrays(np.arange(len(field))), _regions(field)
     keys = {"full_scale_frequency": np.round(inputs.frequency), "full_scale_loss_factor": inputs.loss_factor,
             "pad_node": field.load}
     beyond = region >= 3
     tested = {split: field.data[f"split_{split}"].values == SPLIT_FLAGS["test"] for split in SPLITS}
-    for i, j in progress(judged(entries), "whole grid, errors"):
-        entry, split = entries[i], SPLITS[j]
+    peaks = Peaks(scene, field, len(entries))
+    for i, j in progress(contenders.judged(), "whole grid, errors"):
+        entry, split, model = entries[i], SPLITS[j], contenders.model(i, j)
+        if model is None:
+            continue
         cases = np.flatnonzero(tested[split] | beyond if entry.headline else tested[split] & ~beyond)
         if not entry.trained:
             cases = _sample(cases, beyond)
-        error = _errors(entry, split, field, cases, path.stem)
+        error = network_errors(model, field, cases) if entry.trained else _errors(model, field, cases)
         held_out = (tested[split] & ~beyond)[cases]
         table.put(i, j, error, held_out, {
             **{name: (held_out, key[cases[held_out]]) for name, key in keys.items()},
             "full_scale_region": (np.arange(len(cases)), region[cases])})
-    peaks = peak_errors(entries, scene, field, lambda items: progress(items, "peaks"))
-    return xr.Dataset({**table.variables(), **peaks,
+        if j == 0 and entry.headline:
+            peaks.put(i, model)
+    return xr.Dataset({**table.variables(), **peaks.variables(),
                        "full_scale_seconds": ((), float(field.data.attrs["offline_seconds"]), {
                            "long_name": "making and checking the whole grid", "units": "s"}),
                        "full_scale_residual": ((), float(field.data.attrs["residual_max"]), {
@@ -89,21 +90,11 @@ def _sample(cases: np.ndarray, beyond: np.ndarray) -> np.ndarray:
         (cases[~outside], SAMPLE), (cases[outside], BEYOND))]))
 
 
-def _errors(entry: Entry, split: str, field: ReducedField, cases: np.ndarray, key: str) -> np.ndarray:
-    """Errors of the cases, found again where model and truth are the same."""
-    model = entry.models[split]
-    path = cached_path("errors", {"model": entry.keys[split], "whole": key, "split": split, "n": len(cases),
-                                  "source": source_digest("comparison/errors.py", "comparison/full_scale")})
-    if path.exists():
-        return read_netcdf(path)["error"].values
-    if entry.trained:
-        error = network_errors(model, field, cases)
-    else:
-        order = np.argsort(field.load[cases], kind="stable")  # a load's shapes are read once
-        error = np.empty(len(cases))
-        for start in range(0, len(order), BLOCK):
-            part = order[start:start + BLOCK]
-            error[part] = relative_errors(model.evaluate(field.arrays(cases[part]), "field"),
-                                          field.fields(cases[part]))
-    write_netcdf(xr.Dataset({"error": ("case", error)}), path)
+def _errors(model: Metamodel, field: ReducedField, cases: np.ndarray) -> np.ndarray:
+    """Errors of cases, whose true fields are put together block by block."""
+    order = np.argsort(field.load[cases], kind="stable")  # a load's shapes are read once
+    error = np.empty(len(cases))
+    for start in range(0, len(order), BLOCK):
+        part = order[start:start + BLOCK]
+        error[part] = relative_errors(model.evaluate(field.arrays(cases[part]), "field"), field.fields(cases[part]))
     return error
