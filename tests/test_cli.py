@@ -201,7 +201,8 @@ def test_scenes_print_what_they_need_and_leave_out(capsys):
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "finger-on-glass"])
 def test_dataset_makes_a_readable_file(capsys, tmp_path, name):
     path = tmp_path / "made" / "set.nc"
-    assert call("dataset", name, "--cases", 12, "--beyond", 4, "--seed", 5, "--workers", 1, "--compress", "--output", path) == 0
+    assert call("dataset", name, "--cases", 12, "--beyond", 4, "--seed", 5, "--workers", 1, "--compress",
+                "--output", path) == 0
     assert capsys.readouterr().out == f"{path}\n"
     data = read_dataset(path)
     assert data.sizes["case"] == 16 and data.attrs["scene"] == name

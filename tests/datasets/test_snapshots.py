@@ -151,7 +151,8 @@ def _full(*_, **__):
 def test_a_full_disk_keeps_the_finished_pieces(tiny_harmonic, uninterrupted, tmp_path, monkeypatch, capsys):
     path = tmp_path / "set.nc"
     monkeypatch.setitem(PRESETS, "metamodel", tiny_harmonic.body.fingertip.density)
-    command = ["dataset", "harmonic-point-force", "--cases", str(CASES), "--seed", str(SEED), "--workers", "1", "--output", str(path)]
+    command = ["dataset", "harmonic-point-force", "--cases", str(CASES), "--seed", str(SEED), "--workers", "1",
+               "--output", str(path)]
     write, written = xr.Dataset.to_netcdf, []
 
     def until_full(self, *args, **kwargs):
