@@ -170,7 +170,7 @@ class Metamodel(ABC):
         answered_by = None
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             if tolerance is None:
-                values, found = self._answer(arrays)
+                values, found = self.answer(arrays)
                 kind, extra = np.full(len(arrays), found.kind), self.indicators(arrays)
             else:
                 # stands above the methods, since it chooses among them
@@ -227,7 +227,7 @@ class Metamodel(ABC):
         """(n_case,) ndarray of str: what lies outside the method's range, or nothing."""
         return np.full(len(cases), "") if self.trained is None else self.trained.reasons(self.scene, cases)
 
-    def _answer(self, cases: Any) -> tuple[Any, Assessment]:
+    def answer(self, cases: Any) -> tuple[Any, Assessment]:
         """Answers for the scene's outputs, and what is known of their error at little cost."""
         return self.evaluate(cases), self.quick_assessment(cases)
 
