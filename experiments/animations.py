@@ -15,11 +15,11 @@ from presentation.animation import DRAWN_AS, Vibration, film
 from presentation.interactive import write_interactive
 
 from rom.fingertip import DIRECTIONS
+from rom.fingertip.body import AXES
 from rom.fullorder import SecondOrderModel
 from rom.reporting import words
 from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import PALMAR, draw_skin
-from rom.scenes.scene import AXES
 
 BELOW_HZ = 300.0
 FREQUENCY = (50.0, 100.0, 150.0, 200.0, 250.0)
@@ -49,7 +49,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
             "skin_quads": (("skin_quad", "corner"), mesh.skin_quads, {
                 "long_name": "corners of the skin's quadrilaterals, rows of skin_node", "units": "1"}),
             **{f"skin_{name}": ("skin_node", mesh.nodes[mesh.skin_nodes, a], {"long_name": text, "units": "m"})
-               for a, (name, text) in enumerate(AXES.items())},
+               for a, (name, text) in enumerate(zip("xyz", AXES, strict=True))},
         },
         coords={
             "mode": ("mode", 1 + np.arange(len(modes.frequency_hz)), {"long_name": "mode", "units": "1"}),

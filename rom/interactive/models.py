@@ -214,7 +214,7 @@ class Models:
             if learning:
                 try:
                     self._fit_to(scene, learning, progress)
-                except SchemaError as error:
+                except (SchemaError, FileExistsError) as error:
                     log.warning("cached snapshots are solved again: %s", error)
                     truth_path(scene, *self._truth(scene)).unlink(missing_ok=True)
                     self._fit_to(scene, learning, progress)

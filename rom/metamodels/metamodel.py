@@ -17,6 +17,7 @@ import xarray as xr
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import NotFittedError, SchemaError
+from rom.metamodels.basis import room
 from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.model_files import check_fitted_scene, check_method, scene_attributes
 from rom.metamodels.stored import Stored, from_dataset, to_dataset
@@ -255,7 +256,11 @@ class Metamodel(ABC):
             Where ``out`` does not fit.
         """
         self._check_fitted()
-        return self._evaluate(cases, outputs or self.scene.outputs, out)
+        values = self._evaluate(cases, outputs or self.scene.outputs, out)
+        if out is None or values is out or isinstance(values, dict):
+            return values
+        room(out, *values.shape, values.dtype)[:] = values  # of a method that makes an array of its own
+        return out
 
     def _check_fitted(self) -> None:
         if not self.fitted:

@@ -2,27 +2,13 @@ import sys
 from pathlib import Path
 
 import meshio
-import numpy as np
 import pytest
 
-from rom.bodies import Material, body_from_mesh
+sys.path.insert(0, str(Path(__file__).parent))  # for brick_models.py and model_files.py, which tests import
 
-sys.path.insert(0, str(Path(__file__).parent))  # for model_files.py, which tests import
+from brick_models import STEEL, bricks
 
-
-def bricks(counts=(3, 2, 2), size=(0.3, 0.1, 0.08)):
-    """(nodes, hexahedra) of a box of bricks, slightly sheared so that no entry is zero by chance."""
-    axes = [np.linspace(0, length, count + 1) for length, count in zip(size, counts, strict=True)]
-    x, y, z = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
-    nodes = np.column_stack([x, y + 0.05 * z, z + 0.1 * x])
-    number = np.arange(len(nodes)).reshape([count + 1 for count in counts])
-    corner = number[:-1, :-1, :-1].ravel()
-    step = [number[1, 0, 0], number[0, 1, 0], number[0, 0, 1]]
-    offsets = [0, step[0], step[0] + step[1], step[1]]
-    return nodes, corner[:, None] + np.array(offsets + [o + step[2] for o in offsets])
-
-
-STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
+from rom.bodies import body_from_mesh
 
 
 @pytest.fixture(scope="session")

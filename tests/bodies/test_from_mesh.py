@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 import skfem
-from conftest import STEEL, bricks
+from brick_models import STEEL, bricks
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from rom.bodies import Body, Material, body_from_mesh, read_body

@@ -4,7 +4,7 @@ import netCDF4
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import STEEL, bricks
+from brick_models import STEEL, bricks
 
 from rom.bodies import Body, Material, body_from_mesh, read_body
 from rom.errors import SchemaError

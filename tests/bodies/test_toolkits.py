@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 import skfem
-from conftest import STEEL
+from brick_models import STEEL
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from rom.bodies import Body

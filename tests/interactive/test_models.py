@@ -4,31 +4,32 @@ import logging
 
 import numpy as np
 import pytest
-from rom.comparison.settings import QUICK_CURVES
 
 from rom.commands.progress import patient_bar
-from rom.comparison.entries import fit_entries
-from rom.comparison.side_by_side import SEED, beyond_count, find_truth, no_progress
+from rom.comparison.entries import fit_or_load
+from rom.comparison.truth import find_truth, truth_path
 from rom.interactive import models as offered
 from rom.interactive.models import MODAL, REFERENCE, Models
-from rom.metamodels import create
+from rom.metamodels import Curve
+from rom.metamodels.modal import ModalKrylov
+from rom.metamodels.pod import PodGalerkin
 from rom.metamodels.validity import ValidityWarning
 from rom.scenes import CaseArrays
+from rom.scenes.extent import Extent
 
 
 @pytest.fixture
 def few(monkeypatch, tmp_path):
-    """A cache of its own, few cases, and POD alone to learn."""
+    """A cache of its own, few cases, a small POD, no torch; the number of cases."""
     monkeypatch.setenv("ROM_CACHE", str(tmp_path))
-    curves = {name: {method: curve for method, curve in curves.items() if method in ("direct", "pod-galerkin")}
-              for name, curves in QUICK_CURVES.items()}
-    monkeypatch.setattr(offered, "QUICK_CURVES", {
-        name: {**curves, **{method: QUICK_CURVES[name][method] for method in ("superposition", "mlp", "transformer")
-                            if method in QUICK_CURVES[name]}}
-        for name, curves in curves.items()})
-    monkeypatch.setattr(offered, "QUICK_CASES", 96)
+    monkeypatch.setattr("rom.scenes.LinearScene.extent", Extent(quick_cases=96))
+    monkeypatch.setattr(PodGalerkin, "quick_curve", classmethod(lambda cls, scene: Curve(({"rank": 10},))))
     monkeypatch.setattr(offered, "_torch_is_there", lambda: False)
-    return curves
+    return 96
+
+
+def truth_of(scene, cases):
+    return truth_path(scene, cases, scene.extent.beyond(cases), scene.extent.seed)
 
 
 def recorded(steps):
@@ -85,7 +86,7 @@ def test_whatever_a_reader_makes_of_damage_stops_nobody(few, tiny_tip, caplog, m
         raise AttributeError("NetCDF: HDF error")
 
     monkeypatch.setattr(offered, "load", read)
-    monkeypatch.setattr(create("modal-krylov", models.harmonic).__class__, "save", refuse)
+    monkeypatch.setattr(ModalKrylov, "save", refuse)
     Models(tiny_tip, quick=True).prepare(recorded([]))
     assert f"{models.sources[REFERENCE, True].path} cannot be read (AttributeError('NetCDF: HDF error'))" in caplog.text
     assert "cannot be written" in caplog.text
@@ -99,7 +100,7 @@ def test_damaged_snapshots_and_learners_are_made_anew_on_demand(few, tiny_tip, c
     models = Models(tiny_tip, quick=True)
     models.fit_all(recorded([]))
     pod = models.sources["pod-galerkin", True].path
-    truth = offered.truth_path(models.harmonic, 96, beyond_count(96), SEED)
+    truth = truth_of(models.harmonic, few)
     for path in (pod, truth):
         path.write_bytes(b"no netCDF")
     again = Models(tiny_tip, quick=True)
@@ -119,18 +120,18 @@ def test_what_learns_is_fitted_on_demand_just_as_a_comparison_fits_it(few, tiny_
     with pytest.raises(ValueError, match="needs torch"):
         models.model("transformer", False)
     scene = models.harmonic
-    truth = find_truth(scene, 96, beyond_count(96), SEED, no_progress)
-    entries, _ = fit_entries(scene, few[scene.name], truth, iter)
-    headline = next(entry for entry in entries if entry.method == "pod-galerkin" and entry.headline)
-    assert headline.keys["published"] == models.sources["pod-galerkin", True].path.stem
+    truth = find_truth(scene, few, scene.extent.beyond(few), scene.extent.seed, lambda items, _: items)
+    headline = fit_or_load(PodGalerkin, scene, {"rank": 10}, truth)
     cases = scene.sample(3, seed=4)
     with pytest.warns(ValidityWarning):
-        expected = headline.model.predict(scene.cases_from(cases))
+        expected = headline.predict(scene.cases_from(cases))
     np.testing.assert_array_equal(models.model("pod-galerkin", True).evaluate(cases, "field"), scene.values(expected))
 
 
 def test_what_cannot_be_fitted_is_left_out_with_its_reason(few, tiny_tip, monkeypatch, caplog):
-    monkeypatch.setattr(offered, "QUICK_CASES", 16)
+    monkeypatch.setattr(PodGalerkin, "quick_curve", classmethod(
+        lambda cls, scene: Curve(({"rank": 60 if scene.harmonic else 6},))))
+    monkeypatch.setattr("rom.scenes.LinearScene.extent", Extent(quick_cases=16))
     models = Models(tiny_tip, quick=True)
     models.fit_all(recorded([]))
     assert "pod-galerkin is left out: rank 60 is out of reach" in caplog.text

@@ -14,6 +14,7 @@ from rom.datasets.tensors import REQUIRED, read_attributes, read_weights, write_
 from rom.errors import SchemaError
 from rom.fingertip import Fingertip, MeshDensity
 from rom.metamodels import load
+from rom.metamodels.registry import metamodel_classes
 from rom.scenes import get_scene
 
 
