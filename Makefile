@@ -5,9 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 export ROM_CACHE ?= $(CURDIR)/.cache
 
-EXPERIMENTS := $(filter-out experiments/script.py experiments/fuzz_files.py experiments/solve_choice.py experiments/interactive_page.py %_figures.py,$(wildcard experiments/*.py))
+EXPERIMENTS := $(filter-out experiments/script.py experiments/check_bounds.py experiments/fuzz_files.py experiments/solve_choice.py experiments/interactive_page.py %_figures.py,$(wildcard experiments/*.py))
 
-.PHONY: report report-quick serve experiments experiments-quick test fuzz test-browser measure-page lint clean
+.PHONY: report report-quick serve experiments experiments-quick test fuzz check-bounds test-browser measure-page lint clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -38,6 +38,9 @@ test-browser: $(STAMP)
 
 fuzz: $(STAMP)
 	$(BIN)/python experiments/fuzz_files.py
+
+check-bounds: $(STAMP)
+	$(BIN)/python experiments/check_bounds.py --models 100000
 
 measure-page: $(STAMP)
 	tests/browser/install_chromium.sh

@@ -37,6 +37,7 @@ from rom.scenes import CaseArrays, LinearScene
 COST = {
     "static factor": 275.0,
     "static column": 6.0,
+    "floor": 180.0,
     "complex factor": 500.0,
     "complex column": 17.0,
     "modes": 1750.0,
@@ -44,8 +45,9 @@ COST = {
     "answer": 0.3,
 }
 """In units of one static solve among many (4.6 ms), measured on the `metamodel` preset, 20,520 degrees of freedom, one
-thread: factorizations; a column with its residual in extended precision and the solve that tells its error; 40 modes
-with their Sturm count; one load-dependent vector of one load; an answer of `modal-krylov` or `superposition`."""
+thread: factorizations; a column with its residual in extended precision and the solve that tells its error; the floor
+of K on which bounds stand (:mod:`rom.fullorder.energy_norm`); 40 modes with their Sturm count; one load-dependent
+vector of one load; an answer of `modal-krylov` or `superposition`."""
 TYPICAL_VECTORS = 8
 """Vectors a load assumed where modes that would tell are not there yet."""
 MOST_VECTORS = 24
@@ -92,9 +94,13 @@ def _static_options(scene: LinearScene, cases: CaseArrays) -> list[Option]:
     return [
         Option("direct-reused", factor + n_case * COST["static column"],
                f"one factor and a solve for each of {n_case} cases", lambda: DirectOnDemand(scene).fit()),
-        Option("superposition", factor + n_load * COST["static column"] + n_case * COST["answer"],
+        Option("superposition", factor + _floor(scene) + n_load * COST["static column"] + n_case * COST["answer"],
                f"one factor and a solve for each of {n_load} loads, which {n_case} cases share",
                lambda: Superposition(scene, loads=np.unique(cases.node)).fit())]
+
+
+def _floor(scene: LinearScene) -> float:
+    return 0.0 if residual_bound(scene).energy.has_floor else COST["floor"]
 
 
 def _harmonic_options(scene: LinearScene, cases: CaseArrays, tolerance: float) -> list[Option]:
@@ -112,7 +118,7 @@ def _harmonic_options(scene: LinearScene, cases: CaseArrays, tolerance: float) -
         return None if count is None else krylov_for(scene, cases, count)
 
     cost = n_load * (vectors + 1) * COST["vector"] + MODES + n_case * COST["answer"]
-    cost += 0.0 if at_hand else COST["modes"]
+    cost += _floor(scene) + (0.0 if at_hand else COST["modes"])
     cost += 0.0 if scene.model.has_static_factorization else COST["static factor"]
     return [direct, Option(
         "modal-krylov", cost,

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
     if "relative_energy_error_bound" in bounds:
         bound = bounds["relative_energy_error_bound"][1]
         found["energy_error_bound"] = (("direction", "frequency"), bound.reshape(len(frequency), -1).T, {
-            "long_name": "rigorous bound of the relative error in the energy norm", "units": "1"})
+            "long_name": "proven bound of the relative error in the energy norm", "units": "1"})
     found.attrs = _attributes(arguments, model, scene)
     print(_table(found))
     if arguments.output is not None:

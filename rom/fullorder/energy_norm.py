@@ -123,6 +123,11 @@ class EnergyNorm:
                 continue
         return 0.0
 
+    @property
+    def has_floor(self) -> bool:
+        """Whether the floor is there already."""
+        return "floor" in self.__dict__
+
     @cached_property
     def reach(self) -> float:
         """1 / sqrt(mu): ``||r||*`` of a vector r with ``|r / D|_D = 1``, at most; infinite where nothing is proven."""
@@ -139,7 +144,9 @@ class EnergyNorm:
         return self._times_reach(np.sqrt(_squares(residual, 1.0 / self.diagonal)))
 
     def _times_reach(self, size: Floats) -> Floats:
-        return np.where(size > 0, size * (self.reach * SUMS), 0.0)  # nothing is nothing, whatever is proven
+        if not np.isfinite(self.reach):
+            return np.where(size > 0, np.inf, 0.0)  # nothing is nothing, whatever is proven
+        return size * (self.reach * SUMS)
 
     def product_error(self, size: Floats, stiffness: float | Floats = 1.0, mass: float | Floats = 0.0, *,
                       terms: int = 0, kind: type = float) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rom.fullorder import SecondOrderModel
 from rom.scenes import LinearScene, Scene
 
 NOT_LINEAR = "contact, friction and fibres that carry tension only are no linear system: nothing adds up"
@@ -24,3 +25,10 @@ def not_harmonic(scene: Scene, reason: str, not_linear_reason: str = NO_MODES) -
 def within(scene: Any, count: int) -> int:
     """``count`` modes or directions, or as many as the small body of a linear scene can be asked for."""
     return max(1, min(count, scene.n_free // 4))
+
+
+def check_uniform_damping(model: SecondOrderModel, name: str) -> None:
+    """Refuse a model with a loss stiffness for a method that knows one loss factor alone (ValueError)."""
+    if model.loss_stiffness is not None:
+        raise ValueError(f"{name} cannot answer a body with a loss stiffness beside its loss factor, which its real "
+                         "shapes do not take apart: use direct, or one loss factor for the whole body")

@@ -15,7 +15,7 @@ from rom.fullorder.poles import Poles, operating_points
 from rom.metamodels.basis import Basis, check_precision, room
 from rom.metamodels.facts import Needs
 from rom.metamodels.known_loads import KnownLoads
-from rom.metamodels.linear import not_harmonic
+from rom.metamodels.linear import check_uniform_damping, not_harmonic
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.modal_bound import ModalBound, OwnDefects
 from rom.metamodels.mode_split import ModeSplit
@@ -144,9 +144,7 @@ class ModalMethod(Metamodel):
 
     def _make(self, measured: MeasuredModes) -> None:
         modes, model, loads = measured.modes, self.scene.model, self.known.columns
-        if model.loss_stiffness is not None:
-            raise ValueError(f"{self.name} cannot answer a body with a loss stiffness beside its loss factor: modes "
-                             "do not take the equation apart; use direct, or one loss factor for the whole body")
+        check_uniform_damping(model, self.name)
         kind, rows = self.settings["precision"], self.scene.part_rows
         self.eigenvalue, self.participation = modes.eigenvalue, loads.T @ modes.shape
         self.shapes = Basis(modes.shape.T, rows, kind)

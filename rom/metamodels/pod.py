@@ -13,7 +13,7 @@ import xarray as xr
 from rom.fullorder.poles import Poles, operating_points
 from rom.metamodels.basis import Basis, check_precision, combine
 from rom.metamodels.facts import Curve
-from rom.metamodels.linear import not_linear, within
+from rom.metamodels.linear import check_uniform_damping, not_linear, within
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.pod_space import PodSpace, pod
 from rom.metamodels.stored import Stored
@@ -103,6 +103,7 @@ class PodGalerkin(Metamodel):
         model = self.scene.model
         reduced_stiffness = vectors.T @ (model.stiffness @ vectors)
         if self.scene.harmonic:
+            check_uniform_damping(model, self.name)
             # K_r = S^-T diag(mu) S^-1, M_r = S^-T S^-1: the reduced system becomes a sum of poles
             self.eigenvalue, change = sla.eigh(reduced_stiffness, vectors.T @ (model.mass @ vectors))
         else:

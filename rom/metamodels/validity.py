@@ -33,7 +33,7 @@ class Assessment:
     error : (n_case,) ndarray
         Relative error in the energy norm: a bound, an estimate, or infinite where nothing is known.
     kind : {"bound", "estimate", "none"}
-        "bound" is rigorous.
+        "bound" is proven, rounding included, under the assumptions that :mod:`rom.metamodels.bounds` states.
     reason : (n_case,) ndarray of str
         Empty where the method stands behind its answer, else one clause that says why not.
     """

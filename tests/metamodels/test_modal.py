@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from rom.metamodels import create
+from rom.metamodels import create, load
 from rom.relative import relative_errors
 from rom.scenes import CaseArrays, get_scene
 
@@ -113,3 +113,26 @@ def test_impossible_settings_are_refused(harmonic, name, settings, message):
 def test_modes_answer_no_static_scene(static):
     with pytest.raises(ValueError, match="modal does not apply to static-point-forces"):
         create("modal", static)
+
+
+def test_a_model_of_some_loads_answers_those_alone(harmonic, cases, tmp_path):
+    some = create("modal-krylov", harmonic, modes=12, vectors=2, loads=np.unique(cases.node)[:5]).fit()
+    whole = create("modal-krylov", harmonic, modes=12, vectors=2).fit()
+    known = np.isin(cases.node[:, 0], some.settings["loads"])
+    assert 0 < known.sum() < len(cases)
+    mine = cases.take(known)
+    np.testing.assert_allclose(some.evaluate(mine), whole.evaluate(mine), rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(some.error_bound(mine), whole.error_bound(mine), rtol=1e-6)
+    assert some.model_bytes < whole.model_bytes
+    some.save(tmp_path / "some.nc")
+    again = load(tmp_path / "some.nc", harmonic)
+    np.testing.assert_array_equal(again.evaluate(mine), some.evaluate(mine))
+    np.testing.assert_array_equal(again.error_bound(mine), some.error_bound(mine))
+    with pytest.raises(ValueError, match="is not among the 5 that this model was made for"):
+        some.evaluate(cases)
+
+
+@pytest.mark.parametrize("loads", [[], [1, 1], [-1], [10_000], [0.5]])
+def test_loads_that_cannot_be_are_refused(harmonic, loads):
+    with pytest.raises(ValueError, match="load"):
+        create("modal", harmonic, loads=loads)
