@@ -179,7 +179,7 @@ def test_too_little_memory_is_said(capsys, monkeypatch):
     def starve(*_):
         raise MemoryError
 
-    monkeypatch.setattr(cli, "_scenes", starve)
+    monkeypatch.setattr("rom.commands.scenes.run", starve)
     assert ends_well(capsys, "scenes") == 2
 
 
@@ -191,6 +191,6 @@ def test_a_warning_is_one_line(capsys, monkeypatch):
             warnings.simplefilter("always")
             warnings.warn("two\nlines", UserWarning, stacklevel=2)
 
-    monkeypatch.setattr(cli, "_scenes", doubt)
+    monkeypatch.setattr("rom.commands.scenes.run", doubt)
     assert cli.main(["scenes"]) == 0
     assert capsys.readouterr().err == "rom: warning: two lines\n"

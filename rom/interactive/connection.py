@@ -37,7 +37,7 @@ class Desk:
         self.worker = Worker()
         self.quick = ThreadPoolExecutor(1, thread_name_prefix="field")
         self.slow = ThreadPoolExecutor(1, thread_name_prefix="slow")
-        self.late = ThreadPoolExecutor(1, thread_name_prefix="residual")
+        self._one_residual = asyncio.Lock()
         self._matrices: asyncio.Future | None = None
 
     async def matrices(self) -> None:
@@ -52,12 +52,26 @@ class Desk:
 
     async def answer(self, state: State) -> Answer:
         """Answer a state by whatever method it names; cancelling ends a direct solve."""
-        engine = self.engine
-        if state.method in SOLVED:
-            return await self._solved(state)
-        if not engine.models.is_loaded(state.method, state.harmonic):  # seconds for a network: nobody waits for it
-            await self.run(self.slow, engine.models.model, state.method, state.harmonic)
-        return await self.run(self.quick, engine.answer, state)
+        return await self._solved(state) if state.method in SOLVED else await self._quickly(state, self.engine.answer)
+
+    async def picture(self, state: State) -> tuple[Answer, dict[str, Any], dict[str, np.ndarray]]:
+        """The answer to a state, and what is shown of it."""
+        if state.method not in SOLVED:
+            return await self._quickly(state, self.engine.picture)
+        answer = await self._solved(state)
+        return answer, *await self.run(self.quick, self.engine.shown, state, answer)
+
+    async def residual(self, state: State, answer: Answer) -> float:
+        """The residual of an answer; one at a time, so that no picture waits for more than one."""
+        await self.matrices()
+        async with self._one_residual:
+            return await self.run(self.quick, self.engine.residual, state, answer.values)
+
+    async def _quickly(self, state: State, call: Callable[[State], Any]) -> Any:
+        models = self.engine.models
+        if not models.is_loaded(state.method, state.harmonic):  # seconds for a network: nobody else waits for it
+            await self.run(self.slow, models.model, state.method, state.harmonic)
+        return await self.run(self.quick, call, state)
 
     async def _solved(self, state: State) -> Answer:
         scene = self.engine.scene(state)
@@ -72,7 +86,7 @@ class Desk:
     def close(self) -> None:
         """End threads and process."""
         self.worker.close()
-        for pool in (self.quick, self.slow, self.late):
+        for pool in (self.quick, self.slow):
             pool.shutdown(wait=False, cancel_futures=True)
 
 
@@ -191,14 +205,11 @@ class Connection:
     async def _field(self, question: Question) -> None:
         state = self._state(question)
         question.solves = state.method in SOLVED
-        answer = await self.desk.answer(state)
+        answer, *found = await self.desk.picture(state)
         question.solves = False
-        found = await self.desk.run(self.desk.quick, self.engine.shown, state, answer)
         await self._answer(question, "field", *found)
         if self._lanes["field"].waiting is None:  # a newer picture matters more than this one's residual
-            await self.desk.matrices()
-            residual = await self.desk.run(self.desk.late, self.engine.residual, state, answer.values)
-            await self._answer(question, "indicators", {"residual": residual})
+            await self._answer(question, "indicators", {"residual": await self.desk.residual(state, answer)})
 
     async def _cut(self, question: Question) -> None:
         found = await self.desk.run(self.desk.slow, self.engine.cut, self._state(question))

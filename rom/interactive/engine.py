@@ -113,12 +113,16 @@ class Engine:
             values = np.ascontiguousarray(values.real)
         seconds = time.perf_counter() - start
         check_finite(values)
-        bound, reasons = None, model.reasons(cases)
-        if not model.learns and not note:
-            found = model.quick_assessment(cases)
-            reasons = found.reason if found.kind != "none" else reasons
-            bound = float(found.error[0]) if found.kind == "bound" and np.isfinite(found.error[0]) else None
-        return Answer(values, seconds, bound, self.validity(*reasons.tolist()), note)
+        found = model.quick_assessment(cases) if not model.learns and not note else None
+        if found is None or found.kind == "none":
+            return Answer(values, seconds, None, self.validity(*model.reasons(cases).tolist()), note)
+        bound = float(found.error[0]) if found.kind == "bound" and np.isfinite(found.error[0]) else None
+        return Answer(values, seconds, bound, self.validity(*found.reason.tolist()), note)
+
+    def picture(self, state: State) -> tuple[Answer, dict[str, Any], dict[str, np.ndarray]]:
+        """Answer a state and show the answer."""
+        answer = self.answer(state)
+        return answer, *self.shown(state, answer)
 
     def validity(self, *reasons: str) -> str:
         """Reasons not to stand behind an answer as one clause, the fingertip's own among them; each once."""

@@ -21,7 +21,7 @@ from rom.interactive.door import Door, Visitor, refusal, why_foreign
 from rom.interactive.download import FORMATS, field_file
 from rom.interactive.engine import Engine
 from rom.interactive.policy import policy
-from rom.interactive.state import from_query
+from rom.interactive.state import DEFAULT_AMPLITUDE, State, from_query
 from rom.interactive.wire import LARGEST_REQUEST
 
 log = logging.getLogger(__name__)
@@ -172,8 +172,9 @@ class Site:
         return ws
 
     async def begin(self, _: web.Application) -> None:
-        """Begin what takes a moment and no first picture waits for."""
-        self._beginning = asyncio.create_task(self.desk.matrices())
+        """Begin what takes a moment: matrices, which no picture waits for, and the first answer, which compiles."""
+        first = self.desk.answer(State(((self.engine.limits.pad_center, DEFAULT_AMPLITUDE),), 100.0))
+        self._beginning = asyncio.gather(self.desk.matrices(), first)
 
     async def close_sockets(self, _: web.Application) -> None:
         """Tell every browser that the server ends."""
