@@ -30,7 +30,7 @@ experiments-quick: $(STAMP)
 	set -e; for script in $(EXPERIMENTS); do echo "== $$script"; $(BIN)/python $$script --quick; done
 
 test: $(STAMP)
-	$(BIN)/python -m pytest
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile
 
 test-browser: $(STAMP)
 	tests/browser/install_chromium.sh

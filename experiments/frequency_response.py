@@ -7,7 +7,6 @@ on. Every modal answer is held against them at every frequency and node, block b
 
 from __future__ import annotations
 
-from dataclasses import replace
 from time import perf_counter
 from typing import Any
 

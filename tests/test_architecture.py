@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 import rom
 
 PACKAGE = Path(rom.__file__).parent

@@ -9,8 +9,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 
 import left_out
 
-from rom.fingertip.fingertip import PRESETS
 from rom.fingertip import MeshDensity
+from rom.fingertip.fingertip import PRESETS
 
 
 @pytest.fixture(scope="module")

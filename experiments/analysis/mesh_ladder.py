@@ -9,6 +9,7 @@ a peak of memory of its own, which is what is reported.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -79,7 +80,9 @@ def modes_on(tip: Fingertip, reference: MeshDensity, count: int) -> xr.Dataset:
     path = cached_path("mesh-convergence", task | {"source": source_digest(__file__)})
     if not path.is_file():
         words = [sys.executable, __file__, json.dumps(task), str(path)]
-        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        here = os.pathsep.join(filter(None, (str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH"))))
+        done = subprocess.run(words, capture_output=True, text=True, check=False,
+                              env={**os.environ, "PYTHONPATH": here})
         if done.returncode or not path.is_file():
             last = (done.stderr.strip().splitlines() or ["no message: perhaps there was not enough memory"])[-1]
             raise SolverError(f"the modes on {node_count(tip.density):,} nodes were not computed ({last}): finished "

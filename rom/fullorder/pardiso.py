@@ -1,4 +1,4 @@
-"""Binding of Intel oneMKL PARDISO: sparse LDL^T of symmetric matrices, real or complex, and LU of real unsymmetric ones.
+"""Binding of Intel oneMKL PARDISO: sparse LDL^T of symmetric matrices, real or complex, LU of real unsymmetric ones.
 
 The single dynamic library of oneMKL (``mkl_rt``) is called through ctypes, because ready-made wrappers offer
 real matrices only, and the dynamic stiffness of a structurally damped body is complex *symmetric*, not Hermitian.

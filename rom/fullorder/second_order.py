@@ -9,9 +9,7 @@ the dissipation (omega / 2) u^H (eta K + L) u.
 from __future__ import annotations
 
 import copy
-import logging
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,19 +17,13 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SolverError
-from rom.fullorder.conditioning import HOPELESS, trusted_solution
+from rom.fullorder.checked_solution import checked_solution
+from rom.fullorder.conditioning import HOPELESS
 from rom.fullorder.dynamic_stiffness import DynamicStiffness, check_not_negative
-from rom.fullorder.factorization import SINGULAR_RESIDUAL, Factorization, choose_backend, factorize
+from rom.fullorder.factorization import Factorization, choose_backend, factorize
 from rom.fullorder.modes import Modes, natural_modes
+from rom.fullorder.products import real_times, relative_size
 from rom.fullorder.symmetric import check_finite, check_symmetric
-
-log = logging.getLogger(__name__)
-
-#: Relative residual above which a solution is refined once.
-REFINEMENT_RESIDUAL = 1e-11
-
-#: Forces beyond this, or below its reciprocal, are scaled first [N]: their squares leave double precision.
-LARGE_FORCE = 1e120
 
 
 class SecondOrderModel:
@@ -187,7 +179,8 @@ class SecondOrderModel:
         factor = self.static_factorization
         if not (reuse_factor or fresh):
             factor.refactorize(self.stiffness)
-        return self._solve(factor, force, lambda u: self.stiffness @ u, [(1.0, self.stiffness)])
+        stiffness = self.stiffness
+        return checked_solution(factor, self._field(force, "force"), lambda u: stiffness @ u, [(1.0, stiffness)])
 
     def harmonic_factorization(
         self, frequency: float, loss_factor: float, *, reuse_factor: bool = True
@@ -254,7 +247,8 @@ class SecondOrderModel:
         terms = [(1 + 1j * loss_factor, self.stiffness), (-((2 * math.pi * frequency) ** 2), self.mass)]
         if self.loss_stiffness is not None:
             terms.append((1j, self.loss_stiffness))
-        return self._solve(factor, force, lambda u: self._apply(u, frequency, loss_factor), terms)
+        return checked_solution(
+            factor, self._field(force, "force"), lambda u: self._apply(u, frequency, loss_factor), terms)
 
     def natural_modes(self, count: int | None = None, below_hz: float | None = None, *, seed: int = 0) -> Modes:
         """Undamped natural modes; see `rom.fullorder.modes.natural_modes`."""
@@ -300,7 +294,7 @@ class SecondOrderModel:
         if frequency is None and loss_factor:
             raise ValueError("a loss factor was given without a frequency: statics knows no damping")
         product = self.stiffness @ u if frequency is None else self._apply(u, frequency, loss_factor or 0.0)
-        return _relative(product - f, f)
+        return relative_size(product - f, f)
 
     def dissipated_power(self, displacement: ArrayLike, frequency: float, loss_factor: float) -> NDArray[np.float64]:
         """Mean power lost to structural damping, (omega / 2) u^H (eta K + L) u >= 0.
@@ -318,9 +312,9 @@ class SecondOrderModel:
         check_not_negative(frequency, "frequency", "Hz")
         check_not_negative(loss_factor, "loss factor", "1")
         u = self._field(displacement, "displacement")
-        lost = loss_factor * _real_times(self.stiffness, u)
+        lost = loss_factor * real_times(self.stiffness, u)
         if self.loss_stiffness is not None:
-            lost = lost + _real_times(self.loss_stiffness, u)
+            lost = lost + real_times(self.loss_stiffness, u)
         return math.pi * frequency * np.sum(u.conj() * lost, axis=0).real
 
     def input_power(self, force: ArrayLike, displacement: ArrayLike, frequency: float) -> NDArray[np.float64]:
@@ -349,50 +343,6 @@ class SecondOrderModel:
     def _apply(self, u: NDArray, frequency: float, loss_factor: float) -> NDArray[np.complex128]:
         check_not_negative(frequency, "frequency", "Hz")
         check_not_negative(loss_factor, "loss factor", "1")
-        inertia = (2 * math.pi * frequency) ** 2 * _real_times(self.mass, u)
-        elastic = (1 + 1j * loss_factor) * _real_times(self.stiffness, u) - inertia
-        return elastic if self.loss_stiffness is None else elastic + 1j * _real_times(self.loss_stiffness, u)
-
-    def _solve(
-        self,
-        factor: Factorization,
-        force: ArrayLike,
-        apply: Callable[[NDArray], NDArray],
-        terms: list[tuple[complex, sp.csr_array]],
-    ) -> NDArray:
-        f = self._field(force, "force")
-        size = np.maximum(np.abs(f.real), np.abs(f.imag)).max(axis=0, initial=0.0)
-        if np.any((size > 0) & ((size < 1 / LARGE_FORCE) | (size > LARGE_FORCE))):
-            unit = np.ldexp(1.0, np.clip(np.frexp(size)[1], -1000, 1000))  # powers of two change no digit
-            return self._solve(factor, f / unit, apply, terms) * unit
-        u = factor.solve(f)
-        remainder = f - apply(u)
-        worst = np.max(_relative(remainder, f), initial=0.0)
-        if worst > REFINEMENT_RESIDUAL:
-            refined = u + factor.solve(remainder)
-            after = np.max(_relative(f - apply(refined), f), initial=0.0)
-            log.debug("refinement: relative residual %.1e -> %.1e", worst, after)
-            if after < worst:
-                u, worst = refined, after
-        trusted = trusted_solution(factor, terms, u, f)
-        if trusted is not u:  # refined until it stood still; a residual in working precision says no more
-            return trusted
-        if not worst <= SINGULAR_RESIDUAL:
-            raise SolverError(
-                f"the relative residual of the solution is {worst:.1e}, allowed {SINGULAR_RESIDUAL:.0e}: the "
-                "matrix is singular to working precision (a rigid motion, or an undamped resonance)"
-            )
-        return u
-
-
-def _real_times(matrix: sp.csr_array, u: NDArray) -> NDArray:
-    """Product with a real matrix that does not make a complex copy of it."""
-    if u.dtype.kind != "c":
-        return matrix @ u
-    columns = np.ascontiguousarray(u, dtype=np.complex128).reshape(len(u), -1)
-    return (matrix @ columns.view(np.float64)).view(np.complex128).reshape(u.shape)
-
-
-def _relative(remainder: NDArray, force: NDArray) -> NDArray[np.float64]:
-    size, scale = np.linalg.norm(remainder, axis=0), np.linalg.norm(force, axis=0)
-    return np.where(size == 0, 0.0, np.divide(size, scale, out=np.full_like(size, np.inf), where=scale > 0))
+        inertia = (2 * math.pi * frequency) ** 2 * real_times(self.mass, u)
+        elastic = (1 + 1j * loss_factor) * real_times(self.stiffness, u) - inertia
+        return elastic if self.loss_stiffness is None else elastic + 1j * real_times(self.loss_stiffness, u)

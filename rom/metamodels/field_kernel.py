@@ -1,4 +1,4 @@
-"""The compiled loop of :mod:`rom.metamodels.field_sums`; a module of its own, since the compiler takes a while to load."""
+"""The compiled loop of :mod:`rom.metamodels.field_sums`; a module of its own: the compiler takes a while to load."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ import xarray as xr
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import NotFittedError, SchemaError
 from rom.metamodels.basis import room
-from rom.metamodels.facts import Curve, Needs
+from rom.metamodels.facts import Facts
 from rom.metamodels.model_files import check_fitted_scene, check_method, scene_attributes
 from rom.metamodels.stored import Stored, from_dataset, to_dataset
 from rom.metamodels.trained import TrainedRange
@@ -27,7 +27,7 @@ from rom.provenance import stamp
 from rom.scenes import Scene, scene_from_json
 
 
-class Metamodel(ABC):
+class Metamodel(Facts, ABC):
     """A method that answers the cases of a scene.
 
     A method of one's own gives `name`, `summary`, `_fit`, `_evaluate`, and in :attr:`stored` what a file must hold
@@ -46,45 +46,8 @@ class Metamodel(ABC):
         Where the method does not apply to the scene.
     """
 
-    name: ClassVar[str]
-    summary: ClassVar[str]
-    """One plain sentence: what the method does."""
-    learns: ClassVar[bool] = False
-    """Whether it needs snapshots; if not, `fit` accepts None and looks at the full-order model alone."""
-    seeded: ClassVar[bool] = False
-    """Whether it takes a setting ``seed`` on which its weights hang."""
-    full_order: ClassVar[bool] = False
-    """Whether it solves the full-order model itself: what speed-ups are quoted against."""
-    slow: ClassVar[int] = 1
-    """One held-out case in so many is answered in a comparison, where each takes as long as the truth."""
-    colour: ClassVar[str] = "#7f7f7f"
-    """In figures."""
-    suffix: ClassVar[str] = ".nc"
-    """Of its files."""
     stored: ClassVar[tuple[Stored, ...]] = ()
     """What its file holds, beside settings and ranges."""
-
-    # ---- facts about the method -------------------------------------------------------------------------------
-
-    @classmethod
-    def why_not(cls, scene: Scene) -> str | None:
-        """Why the method does not apply to a scene, in one clause; None where it does."""
-        return None
-
-    @classmethod
-    def curve(cls, scene: Scene) -> Curve:
-        """The settings at which a comparison runs it."""
-        return Curve()
-
-    @classmethod
-    def quick_curve(cls, scene: Scene) -> Curve:
-        """The same for a coarse mesh and few cases: a check that everything runs."""
-        return cls.curve(scene)
-
-    @classmethod
-    def needs(cls, scene: Scene) -> Needs:
-        """What it asks of the full-order model."""
-        return Needs()
 
     def __init__(self, scene: Scene, **settings: Any) -> None:
         reason = self.why_not(scene)
@@ -304,7 +267,8 @@ class Metamodel(ABC):
         write_netcdf(data, path)
 
     @classmethod
-    def _read(cls, path: str | Path) -> xr.Dataset:
+    def read(cls, path: str | Path) -> xr.Dataset:
+        """What a file of a fitted metamodel holds; `load` makes the metamodel of it."""
         return read_netcdf(path)
 
     @classmethod
@@ -321,7 +285,7 @@ class Metamodel(ABC):
         SchemaError
             Where the file is damaged, of another method, version or mesh.
         """
-        data = cls._read(path)
+        data = cls.read(path)
         try:
             model = cls._from_attributes(data.attrs, path, scene)
             from_dataset(model, cls.stored, data)
@@ -334,7 +298,7 @@ class Metamodel(ABC):
             raise SchemaError(f"{path} is incomplete or damaged ({reason}): fit the metamodel again") from error
         return model
 
-    def _restored(self, data: xr.Dataset) -> None:  # noqa: B027  # most methods need nothing beside their arrays
+    def _restored(self, data: xr.Dataset) -> None:  # most methods need nothing beside their arrays
         """Make what answering needs of the attributes that were read."""
 
     def _file_attributes(self) -> dict[str, Any]:

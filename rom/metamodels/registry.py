@@ -1,6 +1,6 @@
 """The canonical names and where they live; a method's module is imported when it is asked for, not before.
 
-A name may stand for several classes, one for each kind of scene: the same name is the same idea. A third party's methods
+A name may stand for several classes, one for each kind of scene: the same name is the same idea. Third parties' methods
 come in by the entry point group ``rom.metamodels`` (``name = "module:Class"``), or by :func:`register`.
 """
 
@@ -49,7 +49,8 @@ def register(kind: type[Metamodel]) -> type[Metamodel]:
     ValueError
         For something that is no metamodel, or a name that is taken.
     """
-    if not isinstance(kind, type) or not issubclass(kind, Metamodel) or not isinstance(getattr(kind, "name", None), str):
+    named = isinstance(getattr(kind, "name", None), str)
+    if not isinstance(kind, type) or not issubclass(kind, Metamodel) or not named:
         raise ValueError(f"{shown(kind)} is no metamodel with a name: derive it from rom.Metamodel")
     if kind.name in METHODS or any(known.__qualname__ != kind.__qualname__ for known in _REGISTERED.get(kind.name, ())):
         raise ValueError(f"the name {kind.name!r} is taken: give the method another")

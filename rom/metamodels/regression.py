@@ -75,7 +75,8 @@ class PodRegression(Metamodel):
     def needs(cls, scene: Scene) -> Needs:
         return Needs(stiffness=False, regression=True)
 
-    def __init__(self, scene: LinearScene, rank: int | None = None, width: float | None = None, ridge: float | None = None,
+    def __init__(self, scene: LinearScene, rank: int | None = None, width: float | None = None,
+                 ridge: float | None = None,
                  precision: str = "float64", regressor: str = "ridge") -> None:
         if not isinstance(regressor, str) or regressor not in ("ridge", *REGRESSORS):
             raise ValueError(f"regressor={regressor!r} is unknown: choose one of ridge, {', '.join(REGRESSORS)}")

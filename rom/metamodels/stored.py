@@ -96,7 +96,8 @@ def from_dataset(model: Any, declared: Iterable[Stored], data: xr.Dataset, prefi
             if _annotation(model, entry.attribute) == "Basis":
                 value = Basis(value, model.scene.part_rows, model.settings["precision"])
         else:
-            value = nested({str(key)[len(name) + 1:]: data[key].transpose(*(entry.dims or sorted(data[key].dims))).values
+            value = nested({str(key)[len(name) + 1:]:
+                            data[key].transpose(*(entry.dims or sorted(data[key].dims))).values
                             for key in data.data_vars
                             if str(key).startswith(name + SEPARATOR)})
             if not value:

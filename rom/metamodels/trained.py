@@ -52,7 +52,8 @@ class TrainedRange:
     @classmethod
     def from_dict(cls, record: dict[str, Any]) -> Self:
         """The inverse of :meth:`to_dict`."""
-        ranges = {name: value for name, value in record.items() if name not in ("loads", "forces") and value is not None}
+        ranges = {name: value for name, value in record.items()
+                  if name not in ("loads", "forces") and value is not None}
         return cls(tuple(record["loads"]), record["forces"], ranges)
 
     def to_dict(self) -> dict[str, Any]:
@@ -87,5 +88,6 @@ class TrainedRange:
         slack = 1e-9 * max(abs(low), abs(high))
         outside = mine & ((values < low - slack) | (values > high + slack))
         unit = scene.input(name).unit
-        text = f"{name.replace('_', ' ')} outside the {low:.4g} to {high:.4g}{'' if unit == '1' else f' {unit}'} of training"
+        text = (f"{name.replace('_', ' ')} outside the {low:.4g} to {high:.4g}{'' if unit == '1' else f' {unit}'} "
+                "of training")
         return np.where(outside, text, "")

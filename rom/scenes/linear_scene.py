@@ -16,6 +16,7 @@ from rom.errors import SolverError
 from rom.fullorder import SecondOrderModel
 from rom.relative import relative_errors
 from rom.scenes.cases import CaseArrays
+from rom.scenes.direct_truth import gathered, solve_directly
 from rom.scenes.inputs import Quantity
 from rom.scenes.labelled_cases import LoadLabels
 from rom.scenes.labels import positions
@@ -24,12 +25,8 @@ from rom.scenes.population import CASES_PER_POINT, Population, RangePopulation
 from rom.scenes.question import Question, default_question
 from rom.scenes.scene import Answers, Scene
 
-RESIDUAL_LIMIT = 1e-10
-"""Largest relative residual ||Z u - f|| / ||f|| with which an answer is stored as truth."""
 SMALLEST_SINGLE = 1e-25
 """Displacement [m] below which float32 answers are refused: coordinates a million times smaller lose digits there."""
-PIECE_CASES = 64
-"""Cases, about, that are solved together when a dataset is made."""
 RECORD = {"residual": Quantity((), "1", "relative residual ||Z u - f|| / ||f|| of the direct solve")}
 
 
@@ -282,15 +279,7 @@ class LinearScene(Scene):
 
     def pieces(self, cases: CaseArrays) -> list[np.ndarray]:
         """Whole groups gathered into pieces of about PIECE_CASES cases; a larger group is cut."""
-        pieces: list[np.ndarray] = []
-        gathered: list[np.ndarray] = []
-        for group in self.groups(cases):
-            for part in np.array_split(group, max(1, -(-len(group) // PIECE_CASES))):
-                gathered.append(part)
-                if sum(map(len, gathered)) >= PIECE_CASES:
-                    pieces.append(np.concatenate(gathered))
-                    gathered = []
-        return pieces + ([np.concatenate(gathered)] if gathered else [])
+        return gathered(self.groups(cases))
 
     def solve(self, cases: CaseArrays) -> tuple[Answers, dict[str, np.ndarray]]:
         """Direct answers and their relative residuals, one factorization a group.
@@ -307,19 +296,7 @@ class LinearScene(Scene):
         SolverError
             Where a residual stays above :data:`RESIDUAL_LIMIT`.
         """
-        values = np.empty((len(cases), self.n_free), dtype=self.dtype)
-        residual = np.empty(len(cases))
-        for group in self.groups(cases):
-            block = cases.take(group)
-            force, point = self.force_vectors(block), self.point(block)
-            answer = self.model.solve_harmonic(force, *point) if point else self.model.solve_static(force)
-            residual[group] = self.model.residual(answer, force, *point)
-            values[group] = answer.T
-        if not (residual <= RESIDUAL_LIMIT).all():
-            worst = int(np.argmax(residual))
-            raise SolverError(f"case {worst} was solved with relative residual {residual[worst]:.1e}, above "
-                              f"{RESIDUAL_LIMIT:g}: the matrix is too ill-conditioned for a direct truth")
-        return {"displacement": values}, {"residual": residual}
+        return solve_directly(self, cases)
 
     def point(self, cases: CaseArrays) -> tuple[float, ...]:
         """Frequency [Hz] and loss factor of the first case; nothing in statics."""

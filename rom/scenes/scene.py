@@ -200,7 +200,7 @@ class Scene(ABC):
             raise SchemaError(f"{source} belongs to the scene {shown(name)}, not to {self.name!r}: give one of this "
                               "scene")
         if digest != self.content_hash and (required or digest is not None):
-            raise SchemaError(f"{source} belongs to another body or mesh, or to other loads ({str(digest)[:12]} instead of "
+            raise SchemaError(f"{source} belongs to another body or mesh, or to other loads ({str(digest)[:12]}, not "
                               f"{self.content_hash[:12]}): make it again for this one")
 
     # ---- what methods learn from ------------------------------------------------------------------------------

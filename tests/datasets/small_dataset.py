@@ -12,7 +12,7 @@ import rom.fingertip.fingertip as fingertip
 from rom import cli
 from rom.commands import dataset
 from rom.fingertip import MeshDensity
-from rom.scenes import linear_scene
+from rom.scenes import direct_truth
 
 CASES, PIECE_CASES, SEED = 48, 8, 6
 
@@ -27,7 +27,7 @@ def announced(items, _):
 
 if __name__ == "__main__":
     fingertip.PRESETS["metamodel"] = MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))
-    linear_scene.PIECE_CASES = PIECE_CASES
+    direct_truth.PIECE_CASES = PIECE_CASES
     dataset.bar = announced
     if len(sys.argv) > 3:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # so that a write fails as on a full disk

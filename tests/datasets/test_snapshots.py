@@ -18,7 +18,7 @@ from rom.datasets import draw_cases, make_dataset, read_dataset, solve_dataset
 from rom.errors import SchemaError, SolverError
 from rom.files import remove_leftovers
 from rom.fingertip.fingertip import PRESETS
-from rom.scenes import CaseArrays, linear_scene
+from rom.scenes import CaseArrays, direct_truth
 
 SCRIPT = Path(__file__).with_name("small_dataset.py")
 CASES, PIECE_CASES, SEED = 48, 8, 6  # those of SCRIPT
@@ -26,13 +26,13 @@ CASES, PIECE_CASES, SEED = 48, 8, 6  # those of SCRIPT
 
 @pytest.fixture(autouse=True)
 def _small_pieces(monkeypatch):
-    monkeypatch.setattr(linear_scene, "PIECE_CASES", PIECE_CASES)
+    monkeypatch.setattr(direct_truth, "PIECE_CASES", PIECE_CASES)
 
 
 @pytest.fixture(scope="module")
 def uninterrupted(tiny_harmonic, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(linear_scene, "PIECE_CASES", PIECE_CASES)
+        patch.setattr(direct_truth, "PIECE_CASES", PIECE_CASES)
         return read_dataset(make_dataset(tiny_harmonic, CASES, tmp_path_factory.mktemp("whole") / "set.nc", seed=SEED))
 
 
@@ -85,7 +85,7 @@ def test_cases_of_different_widths_join(static):
 
 
 def test_a_bad_truth_is_not_stored(tiny_harmonic, tmp_path, monkeypatch):
-    monkeypatch.setattr(linear_scene, "RESIDUAL_LIMIT", 1e-30)
+    monkeypatch.setattr(direct_truth, "RESIDUAL_LIMIT", 1e-30)
     with pytest.raises(SolverError, match=r"relative residual .* above 1e-30"):
         make_dataset(tiny_harmonic, 3, tmp_path / "bad.nc")
     assert not (tmp_path / "bad.nc").exists()
@@ -151,7 +151,8 @@ def _full(*_, **__):
 def test_a_full_disk_keeps_the_finished_pieces(tiny_harmonic, uninterrupted, tmp_path, monkeypatch, capsys):
     path = tmp_path / "set.nc"
     monkeypatch.setitem(PRESETS, "metamodel", tiny_harmonic.body.fingertip.density)
-    command = ["dataset", "harmonic-point-force", "--cases", str(CASES), "--seed", str(SEED), "--workers", "1", "--output", str(path)]
+    command = ["dataset", "harmonic-point-force", "--cases", str(CASES), "--seed", str(SEED), "--workers", "1",
+               "--output", str(path)]
     write, written = xr.Dataset.to_netcdf, []
 
     def until_full(self, *args, **kwargs):

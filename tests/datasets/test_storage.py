@@ -19,7 +19,6 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from hostile import one_line
 from small_worlds import Plate
 
-import rom.scenes.linear_scene as linear_scene
 from rom import files
 from rom.datasets import make_dataset, open_dataset, read_dataset, storage
 from rom.datasets.pieces import pieces_of
@@ -27,6 +26,7 @@ from rom.datasets.storage import open_netcdf, read_netcdf, write_in_blocks, writ
 from rom.errors import SchemaError
 from rom.files import SEAL_BYTES, check_seal
 from rom.metamodels import create, load
+from rom.scenes import direct_truth
 
 RECIPE = {"what": "a test"}
 
@@ -156,7 +156,7 @@ def test_what_is_no_file_is_refused(tmp_path, name):
 
 @pytest.fixture(autouse=True)
 def _small_pieces(monkeypatch):
-    monkeypatch.setattr(linear_scene, "PIECE_CASES", 4)
+    monkeypatch.setattr(direct_truth, "PIECE_CASES", 4)
 
 
 def beside(path):
@@ -280,8 +280,8 @@ def test_outputs_that_cannot_be_are_refused_before_the_work(plate, tmp_path, kin
 KILLED = """
 import sys, time
 sys.path.insert(0, sys.argv[2])
-import rom.scenes.linear_scene as linear_scene
-linear_scene.PIECE_CASES = 4
+import rom.scenes.direct_truth as direct_truth
+direct_truth.PIECE_CASES = 4
 from pathlib import Path
 from small_worlds import Plate
 from rom.datasets import make_dataset

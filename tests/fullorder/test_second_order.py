@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from rom.errors import SolverError
-from rom.fullorder import SecondOrderModel, second_order
+from rom.fullorder import SecondOrderModel
 from rom.fullorder.factorization import Factorization
+from rom.fullorder.products import real_times
 
 #: What direct solves must reach on blocks of condition 1e5: rounding (2e-16) times condition.
 RESIDUAL = 1e-11
@@ -214,4 +215,4 @@ def test_products_with_real_matrices_stay_real(block, rng):
     k, _ = block()
     for shape in ((k.shape[0],), (k.shape[0], 3)):
         u = np.asfortranarray(rng.standard_normal(shape) + 1j * rng.standard_normal(shape))
-        np.testing.assert_allclose(second_order._real_times(k, u), k.toarray() @ u, rtol=1e-10, atol=1e-9)
+        np.testing.assert_allclose(real_times(k, u), k.toarray() @ u, rtol=1e-10, atol=1e-9)

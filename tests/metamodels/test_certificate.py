@@ -20,7 +20,8 @@ def cases(harmonic):
     frequency = np.concatenate([rng.uniform(1, 300, 24), rng.uniform(300, 400, 8), resonance])
     loss_factor = np.concatenate([rng.uniform(0.1, 0.5, 12), rng.choice([0.05, 0.6], 20), np.full(8, 0.05)])
     n = len(frequency)
-    return CaseArrays(rng.integers(harmonic.n_loads, size=(n, 1)), rng.uniform(0.01, 0.1, (n, 1)), frequency, loss_factor)
+    node, force = rng.integers(harmonic.n_loads, size=(n, 1)), rng.uniform(0.01, 0.1, (n, 1))
+    return CaseArrays(node, force, frequency, loss_factor)
 
 
 @pytest.fixture(scope="module")

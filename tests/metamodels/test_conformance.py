@@ -47,7 +47,7 @@ def test_files_of_another_mesh_or_anatomy_are_refused(static, tmp_path):
     stiffer["dermis"]["elastic_modulus"] *= 1.01
     for other in (Fingertip(density=MeshDensity((4, 4), 1, 1, (1, 1, 1, 1))),
                   Fingertip(type(tip.anatomy).from_dict(stiffer), tip.density)):
-        with pytest.raises(SchemaError, match="model.nc belongs to another body or mesh"):
+        with pytest.raises(SchemaError, match=r"model\.nc belongs to another body or mesh"):
             load(path, get_scene(static.name, other))
 
 

@@ -22,7 +22,7 @@ from rom.finger_on_glass.tissue import VARIANTS
 from rom.metamodels.facts import Curve
 from rom.metamodels.finger_on_glass.glass import check_counts, check_learned, joined_reasons, not_on_glass
 from rom.metamodels.finger_on_glass.hyper_reduction import ReducedSpace, learn_space, reduce, sampled, select_points
-from rom.metamodels.finger_on_glass.reduced_equations import Constants, ReducedFinger
+from rom.metamodels.finger_on_glass.reduced_finger import Constants, ReducedFinger
 from rom.metamodels.metamodel import Metamodel
 from rom.metamodels.stored import Stored
 from rom.metamodels.validity import Assessment

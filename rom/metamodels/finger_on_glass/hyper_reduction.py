@@ -17,14 +17,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
 from rom.finger_on_glass.finger import Finger
-from rom.metamodels.finger_on_glass.reduced_equations import (
-    Constants,
-    Contact,
-    ReducedFinger,
-    assemble,
-    isochoric,
-    volumes,
-)
+from rom.metamodels.finger_on_glass.reduced_equations import assemble, isochoric, volumes
+from rom.metamodels.finger_on_glass.reduced_finger import Constants, Contact, ReducedFinger
 from rom.metamodels.pod_space import pod
 
 SAMPLED_STATES = 80

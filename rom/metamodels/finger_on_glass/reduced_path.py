@@ -15,7 +15,8 @@ import numpy as np
 from rom.finger_on_glass.equilibrium import CUTS, DAMPING, GROWTH, LARGEST_STEP, PATIENCE
 from rom.finger_on_glass.path import FIRST_TOUCH, QUICK_ITERATIONS
 from rom.finger_on_glass.tissue import FIBRE_CAP
-from rom.metamodels.finger_on_glass.reduced_equations import Contact, assemble
+from rom.metamodels.finger_on_glass.reduced_equations import assemble
+from rom.metamodels.finger_on_glass.reduced_finger import Contact
 
 MOST_ITERATIONS = 25
 CONVERGED, DIVERGES, SINGULAR, UNUSABLE, PATIENCE_LOST, FIBRE_TORN, UNTOUCHED = range(7)

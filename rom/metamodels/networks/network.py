@@ -156,7 +156,8 @@ class Network(Metamodel):
         write_weights(path, self._tensors(), data.attrs)
 
     @classmethod
-    def _read(cls, path: str | Path) -> xr.Dataset:
+    def read(cls, path: str | Path) -> xr.Dataset:
+        """What a file of a fitted metamodel holds; `load` makes the metamodel of it."""
         attributes, arrays = read_weights(path)
         return xr.Dataset({name: ([f"{name}_{axis}" for axis in range(array.ndim)], array)
                            for name, array in arrays.items()}, attrs=attributes)

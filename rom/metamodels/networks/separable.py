@@ -273,7 +273,7 @@ class SeparableNetwork(Network):
         return out
 
     def best_approximation(self, cases: CaseArrays, values: np.ndarray) -> np.ndarray | None:
-        return None if self.static_part else super().best_approximation(cases, values)  # each load has a static response
+        return None if self.static_part else super().best_approximation(cases, values)  # each load has a response
 
     # ---- what is kept ---------------------------------------------------------------------------------------
 

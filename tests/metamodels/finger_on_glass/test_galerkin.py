@@ -24,7 +24,8 @@ from rom.metamodels.finger_on_glass.hyper_reduction import (
     sparse_weights,
     supremizers,
 )
-from rom.metamodels.finger_on_glass.reduced_equations import Constants, Contact, assemble, volumes
+from rom.metamodels.finger_on_glass.reduced_equations import assemble, volumes
+from rom.metamodels.finger_on_glass.reduced_finger import Constants, Contact
 from rom.metamodels.finger_on_glass.reduced_path import Controls, history_of, reduced_step
 from rom.scenes.finger_on_glass import FingerOnGlass
 from rom.scenes.paths import PathArrays
