@@ -27,13 +27,14 @@ from rom.comparison.entries import (
 from rom.comparison.floor import mesh_floor
 from rom.comparison.held_out import error_variables, judge
 from rom.comparison.times import measure_times, time_variables
-from rom.comparison.timing import threads_in_use
+from rom.comparison.timing import clocked, threads_in_use
 from rom.comparison.truth import Tests, Truth, find_truth, held_out_tests, validation_tests
 from rom.comparison.worst import worst_variables
 from rom.datasets import SPLITS
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import SchemaError
 from rom.fingertip import Fingertip
+from rom.fullorder import blas_threads, get_threads
 from rom.metamodels import applicable, method_names
 from rom.metamodels.registry import metamodel_classes
 from rom.provenance import machine, source_digest, stamp, versions
@@ -123,7 +124,7 @@ def compared(scene: Scene | str, *, methods: list[str] | None = None, cases: int
     kinds = [kind for name in curves for kind in metamodel_classes(name)]
     path = cached_path("results", {
         "scene": scene.to_json(), "content": scene.content_hash, "curves": settings_digest(curves), "cases": cases,
-        "seed": seed, "quick": quick, "machine": machine(), "threads": threads_in_use(), "versions": versions(),
+        "seed": seed, "quick": quick, "machine": machine(), "threads": get_threads(), "versions": versions(),
         "source": source_digest(__name__, *sorted({kind.__module__ for kind in kinds}), type(scene).__module__)})
     if path.exists():
         try:
@@ -166,13 +167,18 @@ class _Timing:
         self.rounds = QUICK_ROUNDS if quick else ROUNDS
         self.batch = scene.extent.quick_batch if quick else scene.extent.batch
 
+    def first(self, entry: Entry) -> float:
+        """Wall time of the first answer after fitting [s]."""
+        with blas_threads(1):
+            return clocked(lambda _: entry.model.evaluate(self.arrays.take(slice(0, 1)), "field"))
+
     def __call__(self, entries: list[Entry], title: str) -> None:
         if entries:
             measure_times(entries, self.scene, self.arrays, self.rounds, self.batch,
                           lambda items: self.progress(items, title))
 
 
-def measured(scene: Scene, truth: Truth, curves: dict, tests: Tests, validation: Tests | None, timing: Callable,
+def measured(scene: Scene, truth: Truth, curves: dict, tests: Tests, validation: Tests | None, timing: _Timing,
              progress: Progress) -> tuple[list[Entry], list[str]]:
     """Every entry fitted, judged and timed; models are let go as soon as they are not needed.
 
@@ -193,7 +199,7 @@ def measured(scene: Scene, truth: Truth, curves: dict, tests: Tests, validation:
         """Fit an entry to the first split and judge it; whether it could be fitted."""
         entry.model = _fitted(entry, scene, truth, first, omitted)
         if entry.model is not None:
-            entry.facts |= offline(entry, scene, truth)
+            entry.facts |= {"first_seconds": timing.first(entry), **offline(entry, scene, truth)}
             for split in SPLITS if not entry.kind.learns else (first,):
                 judge(entry, entry.model, split, scene, tests, validation)
         return entry.model is not None

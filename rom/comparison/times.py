@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from rom.comparison.entries import Entry
-from rom.comparison.timing import clocked, interleaved, memory_bandwidth, product_rate
+from rom.comparison.timing import interleaved, memory_bandwidth, product_rate
 from rom.fullorder import blas_threads
 from rom.metamodels.validity import ValidityWarning
 from rom.scenes import Scene
@@ -54,8 +54,6 @@ def measure_times(entries: list[Entry], scene: Scene, arrays: Any, rounds: int, 
     # the direct solver keeps all its threads
     with blas_threads(1), warnings.catch_warnings():
         warnings.simplefilter("ignore", ValidityWarning)  # errors are measured elsewhere
-        for entry in entries:
-            entry.facts["first_seconds"] = clocked(calls(entry.model)[0])
         found = interleaved({entry.label: calls(entry.model) for entry in entries}, rounds, progress=progress)
     for entry in entries:
         entry.facts |= dict(zip(SINGLE, found[entry.label], strict=True))
