@@ -15,11 +15,11 @@ from presentation.animation import DRAWN_AS, Vibration, film
 from presentation.interactive import write_interactive
 
 from rom.fingertip import DIRECTIONS
+from rom.fingertip.body import AXES
 from rom.fullorder import SecondOrderModel
 from rom.reporting import words
 from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import PALMAR, draw_skin
-from rom.fingertip.body import AXES
 
 BELOW_HZ = 300.0
 FREQUENCY = (50.0, 100.0, 150.0, 200.0, 250.0)

@@ -57,7 +57,7 @@ def main(quick: bool = False, progress: script.Progress = script.silent) -> xr.D
     models: dict[str, Metamodel] = {}
     for name, settings in progress([(DIRECT, {}), *MODELS.items()], "offline"):
         # a scene of its own, so that no method finds another's factorization
-        models[name] = create(name, replace(scene), **settings).fit()
+        models[name] = create(name, scene.afresh(), **settings).fit()
     responses = {DIRECT: _stored_response(scene, path, frequency)}
     error = {DIRECT: np.zeros((2, 3 * len(frequency)))}
     for name in progress(list(MODELS), "sweeps"):

@@ -31,8 +31,8 @@ from analysis.surface_fit import (
 )
 
 from rom.cache import cached_path
-from rom.datasets.storage import whole_file
 from rom.errors import AnatomyError
+from rom.files import whole_file
 from rom.fingertip import PRESETS, Anatomy, MeshDensity, build_mesh
 from rom.provenance import source_digest
 

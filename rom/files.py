@@ -88,7 +88,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         with open(temporary, "rb") as written:
             os.fsync(written.fileno())
         old = os.stat(real) if real.exists() else usual
-        with suppress(OSError):  # another user's file stays readable to its owner where that is permitted
+        with suppress(OSError, AttributeError):  # another user's file stays theirs where permitted
             os.chown(temporary, old.st_uid, old.st_gid)
         os.chmod(temporary, stat.S_IMODE(old.st_mode))
         os.replace(temporary, real)
@@ -118,8 +118,13 @@ def _alive(process: int) -> bool:
 
 
 @contextmanager
-def only_writer(lock: Path, output: str | Path) -> Iterator[None]:
+def only_writer(lock: Path, output: str | Path, wait: bool = False) -> Iterator[None]:
     """Hold the file ``lock`` while ``output`` is written; it is released when the process ends, however that happens.
+
+    Parameters
+    ----------
+    wait : bool
+        For whoever holds it, instead of refusing.
 
     Raises
     ------
@@ -137,9 +142,12 @@ def only_writer(lock: Path, output: str | Path) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            os.close(file)
-            raise BlockingIOError(f"another process is writing {output}: wait for it to finish, or name another "
-                                  "place") from None
+            if not wait:
+                os.close(file)
+                raise BlockingIOError(f"another process is writing {output}: wait for it to finish, or name another "
+                                      "place") from None
+            log.warning("waiting for another process that is writing %s", output)
+            fcntl.flock(file, fcntl.LOCK_EX)
         except OSError:  # a file system without locks
             pass
         if _is_open(lock, file):

@@ -247,7 +247,7 @@ def answer_within(model: Metamodel, cases: CaseArrays, tolerance: float
 
 def _first(model: Metamodel, cases: CaseArrays, tolerance: float) -> tuple[np.ndarray, Assessment]:
     """The method's own answers, judged by their residuals where it knows nothing of its error without."""
-    values, found = model._answer(cases)
+    values, found = model.answer(cases)
     if found.kind != "none":
         return values, found
     if model.scene.outputs != "field":
@@ -277,7 +277,7 @@ def _chain(model: Metamodel, cases: CaseArrays, tolerance: float, error: np.ndar
 def _as_far_as_solvable(model: Metamodel, cases: CaseArrays) -> tuple[np.ndarray, Assessment]:
     """The model's answers; of infinite error where it has none, as at an undamped resonance."""
     try:
-        return model._answer(cases)
+        return model.answer(cases)
     except SolverError:
         if len(cases) == 1:
             width = model.scene.n_outputs(model.scene.outputs)

@@ -36,9 +36,8 @@ __all__ = ["PROMISES", "check_metamodel"]
 TRAINING = 80
 """Cases that a method learns from where none are given."""
 SINGLE, DOUBLE = 1e-4, 1e-9
-"""What another order of the same operations may change of an answer's norm: a thousand units of single precision, and in
-double the condition of a stiffness, about 1e6, over the unit roundoff; of load paths that are solved by iteration, the
-first."""
+"""What another order of the same operations may change of an answer's norm: a thousand units of single precision; in
+double the unit roundoff times the condition of a stiffness, about 1e6. Iterations along load paths reach the first."""
 REFERENCE = 1e-10
 """Relative energy error that a direct reference carries itself."""
 
@@ -104,7 +103,9 @@ class _Subject:
     def cases(self) -> Any:
         if self._cases is not None:
             return self._cases
-        return self.scene.sample(4, 9).joined(self.scene.sample_beyond(2, 9)) if self.linear else self.scene.sample(3, 9)
+        if not self.linear:
+            return self.scene.sample(3, 9)
+        return self.scene.sample(4, 9).joined(self.scene.sample_beyond(2, 9))
 
     @cached_property
     def labelled(self) -> xr.Dataset:
@@ -235,7 +236,7 @@ def predicts_purely(subject: _Subject) -> None:
 
 
 def labels_like_the_truth(subject: _Subject) -> None:
-    """Answers have the full-order model's dimensions, names, units and coordinates, and no more of a dataset's truth."""
+    """Answers have the full-order model's dimensions, names, units and coordinates, and nothing of a stored truth."""
     scene, cases = subject.scene, subject.labelled
     found = subject.fitted.predict(cases)
     expected = scene.label(cases, subject.answer)

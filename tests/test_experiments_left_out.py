@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 
 import left_out
 
+from rom.fingertip.fingertip import PRESETS
 from rom.fingertip import MeshDensity
 
 
@@ -18,7 +19,7 @@ def results():
         patch.setattr(left_out, "EXTRAS", {"static-point-forces": left_out.EXTRAS["static-point-forces"]})
         patch.setattr(left_out, "EXTRAS", {"static-point-forces": ("mass", "figures")})
         patch.setattr(left_out, "MODULES", ("rom",))
-        patch.setattr(left_out.script, "QUICK_DENSITY", MeshDensity((4, 4), 1, 1, (1, 1, 1, 1)))
+        patch.setitem(PRESETS, "quick", MeshDensity((4, 4), 1, 1, (1, 1, 1, 1)))
         found = left_out.main(quick=True)
         return found, left_out.findings(found), left_out.tables(found)
 

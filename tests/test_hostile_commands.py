@@ -1,6 +1,5 @@
 """Whatever is typed, the command line ends with exit code 0 or 2 and one sentence, never with a traceback."""
 
-import importlib
 from pathlib import Path
 
 import pytest
@@ -33,7 +32,6 @@ def _somewhere(monkeypatch, tmp_path):
     (tmp_path / "folder").mkdir()
     for name in PRESETS:
         monkeypatch.setitem(PRESETS, name, COARSE)
-    monkeypatch.setattr(importlib.import_module("rom.comparison.side_by_side"), "QUICK_DENSITY", COARSE)
 
 
 def ends_well(capsys, *given_words):
@@ -181,7 +179,7 @@ def test_too_little_memory_is_said(capsys, monkeypatch):
     def starve(*_):
         raise MemoryError
 
-    monkeypatch.setattr(cli, "_scenes", starve)
+    monkeypatch.setattr("rom.commands.scenes.run", starve)
     assert ends_well(capsys, "scenes") == 2
 
 
@@ -193,6 +191,6 @@ def test_a_warning_is_one_line(capsys, monkeypatch):
             warnings.simplefilter("always")
             warnings.warn("two\nlines", UserWarning, stacklevel=2)
 
-    monkeypatch.setattr(cli, "_scenes", doubt)
+    monkeypatch.setattr("rom.commands.scenes.run", doubt)
     assert cli.main(["scenes"]) == 0
     assert capsys.readouterr().err == "rom: warning: two lines\n"

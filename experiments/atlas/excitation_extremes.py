@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from atlas.level import POINT, STATIC, Level, harmonic_cases, static_cases
+from atlas.level import POINT, STATIC, Level, harmonic_cases, networks, static_cases
 from rom.fingertip import Fingertip
 from rom.fullorder import natural_modes
 from rom.scenes import CaseArrays, LinearScene
@@ -58,7 +58,7 @@ def mode_clusters() -> list[Level]:
         for eta in (0.1, 1e-6):
             levels.append(Level("mode clusters", f"gap {gap:g}, η {eta:g}",
                                 f"between two modes {gap:g} apart (relative), loss factor {eta:g}", POINT,
-                                _at_pair(eta), change=_crossing(gap), skip=("mlp", "mlp-residual", "pole-network")))
+                                _at_pair(eta), change=_crossing(gap), skip=networks()))
         levels.append(Level("mode clusters", f"gap {gap:g}, cut",
                             f"a basis that ends between two modes {gap:g} apart", POINT, _at_pair(0.1),
                             change=_crossing(gap), methods=("modal", "modal-static", "modal-krylov"),

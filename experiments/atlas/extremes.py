@@ -25,7 +25,7 @@ AXES: dict[str, Callable[[], list[Level]]] = {
     "single precision": numerical_extremes.single_precision,
     "POD snapshots": numerical_extremes.pod_snapshots,
     "rank": numerical_extremes.rank,
-    "networks outside their range": numerical_extremes.networks,
+    "networks outside their range": numerical_extremes.unseen_inputs,
     "threads": numerical_extremes.thread_counts,
 }
 

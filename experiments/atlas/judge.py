@@ -15,16 +15,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from atlas.level import PATCH, POINT, STATIC
 from rom.errors import RomError
 from rom.metamodels.validity import Assessment
-from rom.scenes import get_scene
+from rom.scenes import LinearScene
 
 RIGHT, WARNED, REFUSED, SILENT, CRASHED = OUTCOMES = ("right", "warned", "refused", "silent", "crashed")
 """From best to worst."""
 EXACT = 1e-6
 """Relative energy error up to which a method that claims to be exact is right."""
-GATES = {name: get_scene(name).gate for name in (STATIC, POINT, PATCH)}
 CLAIM_EXACT = ("direct", "direct-reused", "superposition", "modal-krylov")
 SPEAKING = frozenset({"ValidityWarning", "IllConditionedWarning"})
 """Warnings by which the toolkit says that an answer is in doubt; numpy's do not count."""
@@ -34,9 +32,9 @@ ROUNDING = 1e-13
 """Errors below this are the reference's own rounding; no bound is held against them."""
 
 
-def tolerance_of(method: str, scene: str) -> float:
+def tolerance_of(method: str, scene: LinearScene) -> float:
     """Relative energy error up to which a method's answer is right: exact methods 1e-6, others the scene's gate."""
-    return EXACT if method in CLAIM_EXACT else GATES[scene]
+    return EXACT if method in CLAIM_EXACT else scene.gate
 
 
 @dataclass

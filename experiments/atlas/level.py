@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,30 +12,53 @@ import xarray as xr
 
 from rom.datasets.schema import dataset_attributes
 from rom.fingertip import Fingertip
-from rom.scenes import CaseArrays, LinearScene
+from rom.metamodels import METHODS, Metamodel, Needs, applicable, metamodel_class
+from rom.scenes import CaseArrays, LinearScene, get_scene
 
-STATIC, POINT, PATCH = "static-point-forces", "harmonic-point-force", "harmonic-patch-forces"
-
-SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
-    STATIC: {
-        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "superposition": {}, "pod-galerkin": {},
-        "pod-regression": {}, "transformer": {"width": 32, "steps": 100}},
-    POINT: {
-        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
-        "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}, "pod-regression": {"rank": 40},
-        "mlp": {"terms": 8, "width": 16, "steps": 3},
-        "mlp-residual": {"modes": 10, "rank": 16, "width": 16, "steps": 3},
-        "lookup-table": {"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},
-        "pole-network": {"poles": 10, "rank": 40, "steps": 3}},
-    PATCH: {
-        "direct": {}, "direct-reused": {}, "coarse-fem": {"scale": 0.7}, "modal": {}, "modal-static": {"modes": 20},
-        "modal-krylov": {"modes": 20, "vectors": 8}, "pod-galerkin": {}},
-}
-"""What is asked by default, with settings that suit the small mesh."""
-NETWORKS = ("transformer", "mlp", "mlp-residual", "pole-network")
-FULL_ORDER = ("direct", "direct-reused")
+SCENES = STATIC, POINT, PATCH = "static-point-forces", "harmonic-point-force", "harmonic-patch-forces"
+"""Names of the scenes that levels ask."""
+SMALL: dict[str, dict[str, Any]] = {
+    "coarse-fem": {"scale": 0.7}, "modal-static": {"modes": 20}, "modal-krylov": {"modes": 20, "vectors": 8},
+    "lookup-table": {"frequencies": 31, "loss_factors": 5, "modes": 20, "vectors": 4},
+    "transformer": {"width": 32, "steps": 100}, "mlp": {"terms": 8, "width": 16, "steps": 3},
+    "mlp-residual": {"modes": 10, "rank": 16, "width": 16, "steps": 3},
+    "pole-network": {"poles": 10, "rank": 40, "steps": 3}}
+"""Settings that suit the small mesh, where the defaults do not."""
+ON_ONE_SCENE: dict[tuple[str, str], dict[str, Any]] = {("pod-regression", POINT): {"rank": 40}}
 SNAPSHOTS = {STATIC: 48, POINT: 64, PATCH: 48}
 SEED = 5
+
+
+@cache
+def default_settings(scene: str) -> dict[str, dict[str, Any]]:
+    """Every method of the toolkit that answers a scene, with the settings at which levels ask it."""
+    reasons = applicable(get_scene(scene))
+    return {name: ON_ONE_SCENE.get((name, scene), SMALL.get(name, {})) for name in METHODS if reasons[name] is None}
+
+
+def _those(condition: Callable[[type[Metamodel], Needs], bool]) -> tuple[str, ...]:
+    """Names of the methods of which a condition holds, in the order of the scenes."""
+    kinds = {name: (metamodel_class(name, scene), scene) for scene in map(get_scene, SCENES)
+             for name in default_settings(scene.name)}
+    return tuple(name for name, (kind, scene) in kinds.items() if condition(kind, kind.needs(scene)))
+
+
+@cache
+def networks() -> tuple[str, ...]:
+    """Methods that see inputs and no matrices, and that an optimiser trains."""
+    return _those(lambda _, needs: needs.network)
+
+
+@cache
+def full_order() -> tuple[str, ...]:
+    """The full-order model's own rows."""
+    return _those(lambda kind, _: kind.full_order)
+
+
+@cache
+def matrix_based() -> tuple[str, ...]:
+    """Methods that do not interpolate over the places of loads."""
+    return _those(lambda _, needs: not (needs.network or needs.regression))
 
 
 def same(tip: Fingertip) -> Fingertip:
@@ -83,9 +107,9 @@ class Level:
     snapshots : callable
         ``snapshots(scene) -> xr.Dataset``, for the methods that learn.
     settings : dict
-        Settings that differ from `SETTINGS`, by method.
+        Settings that differ from :func:`default_settings`, by method.
     methods : tuple of str
-        Who is asked; empty: all of `SETTINGS`.
+        Who is asked; empty: all that answer the scene.
     skip : tuple of str
         Who is not.
     threads : int
@@ -118,7 +142,7 @@ class Level:
     @property
     def asked(self) -> dict[str, dict[str, Any]]:
         """Settings of every method that this level asks."""
-        mine = {**SETTINGS[self.scene], **self.settings}
+        mine = {**default_settings(self.scene), **self.settings}
         names = self.methods or tuple(mine)
         return {name: mine[name] for name in names if name in mine and name not in self.skip}
 

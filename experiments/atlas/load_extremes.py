@@ -7,23 +7,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from atlas.level import FULL_ORDER, PATCH, POINT, STATIC, Level, harmonic_cases, static_cases
+from atlas.level import PATCH, POINT, STATIC, Level, harmonic_cases, matrix_based, static_cases
 from rom.bodies import Loads
-from rom.fingertip import TISSUES, Fingertip
-from rom.scenes import CaseArrays, LinearScene, get_scene
+from rom.fingertip import TISSUES, Fingertip, FingertipBody
+from rom.scenes import CaseArrays, LinearScene
+from rom.scenes.harmonic_point_force import HARMONIC_POINT_FORCE, PublishedGrid
+from rom.scenes.static_point_forces import STATIC_POINT_FORCES, PadCombinations
 
-MATRIX_BASED = (*FULL_ORDER, "coarse-fem", "superposition", "modal", "modal-static", "modal-krylov", "pod-galerkin")
+ELSEWHERE = {STATIC: (STATIC_POINT_FORCES, PadCombinations()), POINT: (HARMONIC_POINT_FORCE, PublishedGrid())}
+"""Question and population of the scenes whose forces act at other nodes than the pad's."""
 
 
-def forces_elsewhere(tip: Fingertip, name: str, nodes: tuple[int, ...]) -> LinearScene:
-    """A scene of the fingertip with unit forces at given nodes in place of the pad's: inward normals on the skin,
-    straight up inside."""
-    ordinary, mesh = get_scene(name, tip), tip.mesh
+def elsewhere(tip: Fingertip, scene: str, nodes: tuple[int, ...]) -> LinearScene:
+    """A scene's question with forces at other nodes: inward normals on the skin, straight up inside."""
+    question, population = ELSEWHERE[scene]
+    mesh = tip.mesh
     skin = set(mesh.skin_nodes.tolist())
-    columns = np.stack([tip.point_force(node, -mesh.normals[node] if node in skin else (0.0, 0.0, 1.0))
-                        for node in nodes], axis=1)
-    loads = Loads(columns, {"load_node": np.array(nodes)}, mesh.nodes[list(nodes)])
-    return LinearScene(ordinary.body, loads, replace(ordinary.asked, spatial=False), population=ordinary.population)
+    columns = np.stack([tip.point_force(node, -mesh.normals[np.searchsorted(mesh.skin_nodes, node)] if node in skin
+                                        else (0.0, 0.0, 1.0)) for node in nodes], axis=1)
+    return LinearScene(FingertipBody(tip, question.harmonic), Loads(columns, {"load_node": np.array(nodes)}),
+                       replace(question, spatial=False, part=""), population=population)
 
 
 def nail_rim(tip: Fingertip) -> tuple[int, ...]:
@@ -49,7 +52,7 @@ def load_placement() -> list[Level]:
         for cases, scene in ((static_cases, STATIC), (harmonic_cases([30.0, 150.0]), POINT)):
             suffix = "static" if scene == STATIC else "vibrating"
             levels.append(Level("load placement", f"{name}, {suffix}", f"{words}, {suffix}", scene, cases,
-                                make=_elsewhere(scene, place), methods=MATRIX_BASED))
+                                make=_at(scene, place), methods=matrix_based()))
     return [*levels,
             Level("load placement", "three at one node, static", "three forces at one node, at rest", STATIC,
                   lambda scene: CaseArrays(np.full((1, 3), scene.n_loads // 2), np.array([[0.2, 0.3, 0.5]]))),
@@ -58,8 +61,8 @@ def load_placement() -> list[Level]:
                                            np.array([120.0]), np.array([0.1])))]
 
 
-def _elsewhere(name: str, place: Callable[[Fingertip], tuple[int, ...]]) -> Callable[[Fingertip], LinearScene]:
-    return lambda tip: forces_elsewhere(tip, name, place(tip))
+def _at(scene: str, place: Callable[[Fingertip], tuple[int, ...]]) -> Callable[[Fingertip], LinearScene]:
+    return lambda tip: elsewhere(tip, scene, place(tip))
 
 
 def opposed_forces() -> list[Level]:

@@ -13,15 +13,15 @@ from scipy import sparse
 
 from atlas.excitation_extremes import LOOKED_AT
 from atlas.level import (
-    FULL_ORDER,
-    NETWORKS,
     PATCH,
     POINT,
     STATIC,
     Level,
     drawn,
+    full_order,
     harmonic_cases,
     labelled,
+    networks,
     solved,
     static_cases,
 )
@@ -41,7 +41,7 @@ def mesh_density() -> list[Level]:
     """Meshes from the coarsest to the `metamodel` preset; each against its own matrices."""
     return [Level("mesh density", name, f"{name} mesh, patch force at 30 and 150 Hz", PATCH,
                   harmonic_cases([30.0, 150.0]), change=partial(replace, density=density),
-                  methods=(*FULL_ORDER, "modal-static", "modal-krylov"), slow=name in SLOW)
+                  methods=(*full_order(), "modal-static", "modal-krylov"), slow=name in SLOW)
             for name, density in MESHES.items()]
 
 
@@ -86,7 +86,7 @@ def single_precision() -> list[Level]:
                                  (POINT, harmonic_cases([30.0, 150.0]), "vibrating")):
         levels += [
             Level(axis, f"matrices, {suffix}", f"matrices stored in single precision, {suffix}", scene, cases, _single,
-                  truth=_same, skip=(*NETWORKS, "coarse-fem")),
+                  truth=_same, skip=(*networks(), "coarse-fem")),
             Level(axis, f"snapshots, {suffix}", f"snapshots stored in single precision, {suffix}", scene, cases,
                   snapshots=_single_snapshots, methods=("pod-galerkin", "pod-regression"))]
     return levels
@@ -169,7 +169,7 @@ def pod_snapshots() -> list[Level]:
     for name, (words, snapshots) in SNAPSHOT_SETS.items():
         for scene, cases, suffix in ((STATIC, static_cases, "static"), (POINT, harmonic_cases(150.0), "vibrating")):
             levels.append(Level("POD snapshots", f"{name}, {suffix}", f"{words}, {suffix}", scene, cases,
-                                snapshots=snapshots, methods=("pod-galerkin", "pod-regression", *NETWORKS),
+                                snapshots=snapshots, methods=("pod-galerkin", "pod-regression", *networks()),
                                 settings={"pod-regression": {}}))
     return levels
 
@@ -208,9 +208,9 @@ def rank() -> list[Level]:
 
 # ---- networks and threads ---------------------------------------------------------------------------------------
 
-def networks() -> list[Level]:
+def unseen_inputs() -> list[Level]:
     """Inputs that no network was trained on."""
-    who = ("pod-regression", *NETWORKS)
+    who = ("pod-regression", *networks())
 
     def forces(count: int, size: float = 0.4) -> Callable[[LinearScene], CaseArrays]:
         return lambda scene: CaseArrays(np.arange(count)[None, :] % scene.n_loads, np.full((1, count), size))

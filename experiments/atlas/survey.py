@@ -25,7 +25,7 @@ from atlas.judge import (
     tolerance_of,
     worst_of,
 )
-from atlas.level import Level
+from atlas.level import SCENES, Level, default_settings
 from atlas.reference import energy_norm, true_answer
 from atlas.workshop import Workshop
 from rom.cache import cached_path
@@ -33,7 +33,7 @@ from rom.files import whole_file
 from rom.fingertip import Fingertip, MeshDensity
 from rom.fullorder import blas_threads
 from rom.fullorder import threads as solver_threads
-from rom.metamodels import METHODS
+from rom.metamodels.registry import metamodel_classes
 from rom.provenance import source_digest, versions
 
 DENSITY = MeshDensity((6, 6), 3, 2, (1, 1, 1, 2))
@@ -74,7 +74,8 @@ def atlas(*, quick: bool = False, axes: Sequence[str] | None = None, methods: Se
     ValueError
         For an unknown axis or method.
     """
-    chosen, names = _chosen(axes, AXES, "axis"), _chosen(methods, METHODS, "method")
+    known = dict.fromkeys(name for scene in SCENES for name in default_settings(scene))
+    chosen, names = _chosen(axes, AXES, "axis"), _chosen(methods, known, "method")
     tip = fingertip or replace(Fingertip.preset("metamodel"), density=QUICK_DENSITY if quick else DENSITY)
     workshop = Workshop(tip)
     asked = [level for level in levels(quick) if level.axis in chosen and any(name in names for name in level.asked)]
@@ -115,7 +116,7 @@ def _prepare(workshop: Workshop, level: Level):
 
 
 def _judge_method(workshop, level: Level, name: str, settings, scene, truth, cases, truths) -> Record:
-    tolerance = tolerance_of(name, level.scene) if level.tolerance is None else level.tolerance
+    tolerance = tolerance_of(name, scene) if level.tolerance is None else level.tolerance
     fitted = workshop.fitted(level, scene, name, settings)
     if fitted.failure is not None:
         return Record(fitted.failure.outcome, message=str(fitted.failure), tolerance=tolerance)
@@ -155,17 +156,10 @@ def _residual(truth, scene, case, values: np.ndarray) -> float:
         return float(truth.residual(values[:, None], scene.force_vectors(case), *point)[0])
 
 
-@cache
-def _sources() -> str:
-    """Digest of the atlas and of every method that it asks."""
-    return source_digest(*(str(path) for path in Path(__file__).parent.glob("*.py")),
-                         *(place.partition(":")[0] for places in METHODS.values() for place in places))
-
-
 def _kept(workshop: Workshop, level: Level, names: Sequence[str]) -> dict[str, Any]:
     asked = {name: settings for name, settings in level.asked.items() if name in names}
     recipe = {"axis": level.axis, "level": level.name, "methods": asked, "fingertip": workshop.fingertip.to_dict(),
-              "source": _sources(), "versions": versions()}
+              "source": _sources(tuple(asked)), "versions": versions()}
     path = cached_path("stability", recipe, ".json")
     if path.exists():
         return json.loads(path.read_text(encoding="utf-8"))
@@ -174,6 +168,13 @@ def _kept(workshop: Workshop, level: Level, names: Sequence[str]) -> dict[str, A
     with whole_file(path) as temporary:
         temporary.write_text(json.dumps(found), encoding="utf-8")
     return found
+
+
+@cache
+def _sources(names: tuple[str, ...]) -> str:
+    """Digest of the atlas and of the methods' classes, which are found by name and no import statement tells of."""
+    modules = {kind.__module__ for name in names for kind in metamodel_classes(name)}
+    return source_digest(*(str(path) for path in Path(__file__).parent.glob("*.py")), *sorted(modules))
 
 
 def _chosen(wanted: Sequence[str] | None, known: Iterable[str], what: str) -> tuple[str, ...]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from atlas.level import (
-    FULL_ORDER,
-    NETWORKS,
     POINT,
     STATIC,
     Level,
     dimension_change,
+    full_order,
     harmonic_cases,
+    networks,
     static_cases,
     tissue_change,
 )
@@ -24,9 +24,10 @@ about 0.2 on the atlas's coarse mesh."""
 
 def _pair(axis: str, name: str, words: str, change, **options) -> list[Level]:
     """The same fingertip asked at rest and at 30 and 150 Hz; networks see inputs and no matrices, so are left out."""
-    return [Level(axis, f"{name}, static", f"{words}, at rest", STATIC, static_cases, change, skip=NETWORKS, **options),
+    options["skip"] = networks()
+    return [Level(axis, f"{name}, static", f"{words}, at rest", STATIC, static_cases, change, **options),
             Level(axis, f"{name}, vibrating", f"{words}, at 30 and 150 Hz", POINT, harmonic_cases([30.0, 150.0]),
-                  change, skip=NETWORKS, **options)]
+                  change, **options)]
 
 
 def nearly_incompressible(ratio: float):
@@ -48,9 +49,9 @@ def incompressibility() -> list[Level]:
         words = f"full integration at Poisson's ratio {ratio}, against B-bar on the same mesh"
         levels += [
             Level("incompressibility", f"full ν {ratio}, static", f"{words}, at rest", STATIC, static_cases, full,
-                  truth=change, methods=FULL_ORDER, tolerance=LOCKING),
+                  truth=change, methods=full_order(), tolerance=LOCKING),
             Level("incompressibility", f"full ν {ratio}, vibrating", f"{words}, at 30 and 150 Hz", POINT,
-                  harmonic_cases([30.0, 150.0]), full, truth=change, methods=FULL_ORDER,
+                  harmonic_cases([30.0, 150.0]), full, truth=change, methods=full_order(),
                   tolerance=LOCKING)]
     return levels
 

@@ -15,6 +15,7 @@ from rom.fullorder import SecondOrderModel
 from rom.metamodels import create
 from rom.metamodels.metamodel import Metamodel
 from rom.scenes import LinearScene, get_scene
+from rom.scenes.fingertip_scene import fingertip_of
 
 
 @dataclass
@@ -50,8 +51,8 @@ class Workshop:
 
     def truth(self, level: Level, scene: LinearScene) -> SecondOrderModel:
         """The matrices that decide, in a model that no method uses."""
-        tip = scene.body.fingertip if level.truth is None else level.truth(self.fingertip)
-        key = (scene.harmonic, tip)
+        tip = fingertip_of(scene) if level.truth is None else level.truth(self.fingertip)
+        key = (type(tip), tip, scene.harmonic)
         if key not in self._truths:
             self._truths[key] = SecondOrderModel(tip.stiffness, tip.mass if scene.harmonic else None)
         return self._truths[key]
@@ -85,4 +86,5 @@ class Workshop:
 
     @staticmethod
     def _key(scene: LinearScene) -> tuple:
-        return scene.name, scene.body.fingertip, scene.content_hash
+        tip = fingertip_of(scene)
+        return scene.name, tip, type(tip), scene.content_hash

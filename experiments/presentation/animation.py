@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.reporting.fields import length_unit, magnitude
 from rom.reporting.figure import Figure, sheet
 from rom.reporting.skin import PALMAR, draw_skin

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from presentation.animation import COLOURS, DRAWN_AS, Vibration, check
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.reporting import html
 
 SCENE = "scene"

@@ -10,7 +10,7 @@ from rom.cache import cached_path
 from rom.comparison.errors import of_cases
 from rom.comparison.truth import Tests, take
 from rom.datasets import SPLITS
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.metamodels import applicable, metamodel_class
 from rom.provenance import source_digest
 from rom.scenes import Scene

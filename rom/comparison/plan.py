@@ -190,6 +190,6 @@ def explain(found: Plan) -> str:
     if before:
         lines += ["", f"before, for the snapshots: {', '.join(before)}"]
     if any(step.counts for step in found.steps):
-        lines += ["", "factors are counted by a symbolic analysis of the pattern; only the mesh was built to say all "
-                      "this"]
+        lines += ["", "factors are counted by a symbolic analysis of the pattern; to say all this, mesh and unit loads "
+                      "alone were built"]
     return "\n".join(lines)

@@ -84,37 +84,23 @@ def responses(scene: LinearScene, model: Metamodel) -> Counts:
     return {"loads": scene.n_loads, "solves": scene.n_loads * solves_per_load(model)}
 
 
-def _outputs(scene: LinearScene, outputs: str) -> int:
-    return scene.n_outputs(outputs)
-
-
 def answer_bytes(scene: LinearScene, outputs: str) -> int:
     """One case's answer in double precision."""
-    return _outputs(scene, outputs) * scene.dtype.itemsize
+    return scene.n_outputs(outputs) * scene.dtype.itemsize
 
 
 def online(scene: LinearScene, model: Metamodel, outputs: str, working: Matrices) -> Counts:
     """Bytes held and operations of one answer of one force, where the settings decide them."""
-    name, settings, moves = model.name, model.settings, scene.harmonic
-    size = PRECISIONS[settings.get("precision", "float64")].itemsize
-    stored, n_out = (scene.n_free + len(scene.part_rows)) * size, _outputs(scene, outputs)
-    planes = 2 if moves else 1
-    if name in ("direct", "direct-reused", "coarse-fem"):
-        factor = working.factor(moves)
-        kept = name == "direct-reused" and not moves
-        return {} if not factor else {"bytes": factor["bytes"],
-                                      "flop": (0 if kept else factor["flop"]) + working.solve_flop(moves)}
-    if name == "superposition":
-        return {"fields": scene.n_loads, "bytes": scene.n_loads * stored, "flop": 2.0 * n_out}
-    if name.startswith("modal") and settings["modes"] is not None:
-        own = getattr(model, "n_vectors", 0)
-        shared = settings["modes"]
-        return {"fields": shared + own * scene.n_loads, "bytes": (shared + own * scene.n_loads) * stored,
-                "flop": 2.0 * planes * (shared + own) * n_out}
-    if name == "pod-galerkin" and settings["rank"] is not None:
-        return {"fields": settings["rank"], "bytes": settings["rank"] * stored,
-                "flop": 2.0 * planes * settings["rank"] * n_out}
-    return {}
+    moves, n_out = scene.harmonic, scene.n_outputs(outputs)
+    if model.needs(scene).solves:
+        factor, kept = working.factor(moves), getattr(model, "keeps_factor", False) and not moves
+        return factor and {"bytes": factor["bytes"],
+                           "flop": (0 if kept else factor["flop"]) + working.solve_flop(moves)}
+    if getattr(model, "fields", None) is None:
+        return {}
+    held, read = model.fields  # type: ignore[attr-defined]
+    stored = (scene.n_free + len(scene.part_rows)) * PRECISIONS[model.settings.get("precision", "float64")].itemsize
+    return {"fields": held, "bytes": held * stored, "flop": 2.0 * (2 if moves else 1) * read * n_out}
 
 
 WORDS = (("bytes", 1e9, "GB"), ("bytes", 1e6, "MB"), ("bytes", 1e3, "kB"), ("bytes", 1.0, "B"),

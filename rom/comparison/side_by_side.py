@@ -188,22 +188,26 @@ def measured(scene: Scene, truth: Truth, curves: dict, tests: Tests, validation:
     omitted: list[str] = []
     first, *later = SPLITS
     rows = progress(entries_of(scene, curves), "fitting and judging")
-    for method, group in groupby(rows, lambda entry: entry.method):
-        done = []
-        for entry in group:
-            entry.model = _fitted(entry, scene, truth, first, omitted)
-            if entry.model is None:
-                continue
+
+    def begin(entry: Entry) -> bool:
+        """Fit an entry to the first split and judge it; whether it could be fitted."""
+        entry.model = _fitted(entry, scene, truth, first, omitted)
+        if entry.model is not None:
             entry.facts |= offline(entry, scene, truth)
             for split in SPLITS if not entry.kind.learns else (first,):
                 judge(entry, entry.model, split, scene, tests, validation)
-            done.append(entry)
-        if done:
-            every_method_has_a_headline(done)
-            timing([entry for entry in done if not entry.headline], f"timing {method}")
-            for entry in done:
-                entry.model = entry.model if entry.headline else None
-            entries += done
+        return entry.model is not None
+
+    for kind, group in groupby(rows, lambda entry: entry.kind):
+        done = [entry for entry in group if begin(entry)]
+        # where the data are too few for any of its settings, a method's defaults may do
+        if not done and {} not in curves[kind.name].settings:
+            done = [entry for entry in [Entry(kind, {}, True)] if begin(entry)]
+        every_method_has_a_headline(done)
+        timing([entry for entry in done if not entry.headline], f"timing {kind.name}")
+        for entry in done:
+            entry.model = entry.model if entry.headline else None
+        entries += done
     for split in later:
         for entry in progress([entry for entry in entries if entry.kind.learns], f"{split} split"):
             model = _fitted(entry, scene, truth, split, omitted)

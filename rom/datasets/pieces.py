@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from rom.cache import cache_folder
 from rom.datasets.storage import open_netcdf
 from rom.errors import SchemaError
-from rom.files import check_output, only_writer, remove_leftovers
+from rom.files import check_output, is_intact, only_writer, remove_leftovers
 
 
 @contextmanager
 def pieces_of(path: Path, recipe: dict[str, Any], what: str) -> Iterator[Path | None]:
     """The folder for the pieces of ``path``, claimed for its recipe; None where the file is made already.
 
-    It stays where the work fails, for the next run, and goes where it ends well.
+    It stays where the work fails, for the next run, and goes where it ends well. In the cache a damaged file is made
+    anew, and who finds another one writing waits for it.
 
     Parameters
     ----------
@@ -39,12 +42,15 @@ def pieces_of(path: Path, recipe: dict[str, Any], what: str) -> Iterator[Path | 
         Where the folder holds pieces of another recipe.
     """
     path = check_output(path)
+    cached = Path(os.path.realpath(cache_folder())) in path.parents
+    if cached:
+        is_intact(path)
     folder = path.with_name(path.name + ".pieces")
     made = _is_made(path, recipe, what)
     if made and not folder.is_dir():
         yield None
         return
-    with only_writer(folder / "lock", path):
+    with only_writer(folder / "lock", path, wait=cached):
         if _is_made(path, recipe, what):  # by another one, just now or killed before it tidied up
             yield None
         else:

@@ -130,10 +130,7 @@ def _make(scene: Scene, arrays: Any, cases: xr.Dataset, path: str | Path | None,
         if scheduler is not None and workers > 1:
             raise ValueError(f"workers={workers} cannot be: the scheduler {shown(scheduler)} has its own; leave "
                              "one of them out")
-    if path is None:
-        path = cached_path("datasets", recipe)
-        is_intact(path)
-    path = Path(path)
+    path = Path(path or cached_path("datasets", recipe))
     with pieces_of(path, recipe, "cases") as folder, ExitStack() as stack:
         if folder is None:
             return path

@@ -16,11 +16,8 @@ from xarray.core import indexing
 from rom.checks import shown
 from rom.datasets.schema import check_schema
 from rom.errors import SchemaError
-from rom.files import check_seal, remove_leftovers, seal, whole_file
+from rom.files import check_seal, seal, whole_file
 from rom.scenes.complex_parts import PART, decode_complex, encode_complex, to_parts
-
-__all__ = ["open_netcdf", "read_netcdf", "remove_leftovers", "whole_file", "write_dataset", "write_in_blocks",
-           "write_netcdf"]
 
 CHECKED_AT_ONCE = 1e9
 """Bytes of a file up to which its seal is checked when it is opened; in a larger one each chunk has a checksum of its

@@ -113,5 +113,5 @@ def _of_arrays(arrays: dict[str, np.ndarray]) -> str:
     digest = xxhash.xxh3_128()
     for name, array in sorted(arrays.items()):
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
-        digest.update(np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+        digest.update(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)
     return digest.hexdigest()

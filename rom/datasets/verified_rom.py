@@ -14,6 +14,7 @@ import xarray as xr
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import SolverError
+from rom.files import is_intact
 from rom.fullorder import Modes, SecondOrderModel
 from rom.fullorder.load_vectors import load_vectors
 from rom.fullorder.poles import Poles, operating_points
@@ -25,7 +26,7 @@ RESIDUAL_LIMIT = 1e-8
 
 def kept_modes(scene: LinearScene, count: int, path: Path) -> Modes:
     """The shared modes, computed once and kept: pieces of different runs must build on the same."""
-    if not path.exists():
+    if not is_intact(path):
         found = scene.model.natural_modes(count=min(count, scene.n_free - 1))
         write_netcdf(xr.Dataset({"shape": (("dof", "mode"), found.shape), "eigenvalue": ("mode", found.eigenvalue)},
                                 attrs={"bound": found.next_eigenvalue_bound}), path)

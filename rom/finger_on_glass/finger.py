@@ -112,7 +112,7 @@ class Finger:
         return mesh_section(self.section, self.rays, self.layers)
 
     @cached_property
-    def _elements(self) -> tuple[np.ndarray, np.ndarray]:
+    def shape_functions(self) -> tuple[np.ndarray, np.ndarray]:
         return shape_gradients(self.mesh.nodes[self.mesh.quads])
 
     @cached_property
@@ -123,7 +123,7 @@ class Finger:
     @cached_property
     def element_volume(self) -> np.ndarray:
         """(n_quad,) ndarray [mm^2]."""
-        return self._elements[1].sum(axis=1)
+        return self.shape_functions[1].sum(axis=1)
 
     @cached_property
     def skin_length(self) -> np.ndarray:
@@ -231,7 +231,7 @@ class Finger:
         corner = trial.displacement[self.mesh.quads].reshape(-1, 8)
         tissue = self.tissue
         usable = element_response(
-            *self._elements, self.fibres, corner, trial.stretch_z, trial.pressure, tissue.c, tissue.k1, tissue.k2,
+            *self.shape_functions, self.fibres, corner, trial.stretch_z, trial.pressure, tissue.c, tissue.k1, tissue.k2,
             room["tangent"], room["force"], room["dilatation_force"], room["dilatation"], room["energy"],
             room["largest_fibre"])
         position = self.mesh.nodes[skin] + trial.displacement[skin]

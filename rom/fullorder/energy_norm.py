@@ -160,6 +160,11 @@ class EnergyNorm:
         return self._times_reach(size * (
             share * (stiffness * self.spread + mass * self.mass_spread) + stiffness * self.asymmetry))
 
+    @cached_property
+    def row_sums(self) -> Floats:
+        """(n,) ndarray: sums of the magnitudes of each row of K."""
+        return np.asarray(abs(self.model.stiffness).sum(axis=1)).ravel()
+
     def image(self, fields: np.ndarray) -> np.ndarray:
         """(k, n) ndarray: K x of the rows of ``fields``, without a complex copy of K."""
         if np.iscomplexobj(fields):

@@ -1,4 +1,4 @@
-"""Binding of Intel oneMKL PARDISO: sparse LDL^T of real or complex symmetric matrices.
+"""Binding of Intel oneMKL PARDISO: sparse LDL^T of symmetric matrices, real or complex, and LU of real unsymmetric ones.
 
 The single dynamic library of oneMKL (``mkl_rt``) is called through ctypes, because ready-made wrappers offer
 real matrices only, and the dynamic stiffness of a structurally damped body is complex *symmetric*, not Hermitian.
@@ -14,6 +14,7 @@ import ctypes.util
 import functools
 import importlib.metadata
 import logging
+import os
 import sys
 import threading
 import weakref
@@ -30,8 +31,25 @@ log = logging.getLogger(__name__)
 
 REAL_SYMMETRIC_INDEFINITE = -2
 COMPLEX_SYMMETRIC = 6
+REAL_UNSYMMETRIC = 11
 
 _ANALYSE, _FACTORIZE, _SOLVE, _RELEASE = 11, 22, 33, -1
+_FACTORIZE_AND_SOLVE = 23
+
+#: By zero-based place in ``iparm``.
+_SYMMETRIC_SETTINGS = {
+    0: 1,  # these values, not the defaults
+    1: 2,  # METIS: a third of minimum degree's time on 3D blocks; its parallel form (3) gains nothing
+    7: 0,  # refine only where pivots were perturbed: the default's two steps double the solve time
+    9: 8,  # pivots below 1e-8 of the scaled matrix are perturbed, and counted
+    10: 1,  # scaling and
+    12: 1,  # symmetric matching: 5 % of the time, and without them a rigid-body mode passes unnoticed
+    20: 1,  # 1x1 and 2x2 Bunch-Kaufman pivots: K - sigma M is indefinite
+    23: 0,  # one-level scheduling: two-level solves are slower, and forbid scaling and matching
+    34: 1,  # zero-based indices
+}
+#: Sections of a body: minimum degree without scaling and matching is three to four times faster there than METIS with.
+_UNSYMMETRIC_SETTINGS = {0: 1, 1: 0, 7: 2, 9: 13, 10: 0, 12: 0, 34: 1}  # refined twice; pivots below 1e-13 perturbed
 
 _ERRORS = {
     -1: "the input is inconsistent",
@@ -76,6 +94,10 @@ def _candidates() -> Iterator[str]:
         yield found
 
 
+_CBWR_AUTO = 2
+"""MKL_CBWR_AUTO: this processor's best code path, and in it always the same order of operations."""
+
+
 @functools.cache
 def load_library() -> ctypes.CDLL | None:
     """The oneMKL runtime, or None where it cannot be loaded."""
@@ -84,6 +106,9 @@ def load_library() -> ctypes.CDLL | None:
             library = ctypes.CDLL(candidate)
             library.pardiso.restype = None
             library.pardisoinit.restype = None
+            # the same bits wherever an array happens to lie in memory; what the environment asks for stays
+            if "MKL_CBWR" not in os.environ:
+                library.MKL_CBWR_Set(ctypes.c_int(_CBWR_AUTO))
         except (OSError, AttributeError) as error:
             log.debug("%s cannot serve as oneMKL runtime: %s", candidate, error)
             continue
@@ -136,14 +161,15 @@ def _check_threads(count: int) -> None:
 
 
 class Pardiso:
-    """One PARDISO handle: upper triangle in zero-based CSR with every diagonal entry stored.
+    """One PARDISO handle: a matrix in zero-based CSR with every diagonal entry stored.
 
     Parameters
     ----------
     indptr, indices : (n + 1,), (nnz,) ndarray of int32
-        Pattern of the upper triangle, columns sorted in each row.
+        Pattern, columns sorted in each row; of the upper triangle alone where the matrix is symmetric.
     dtype : float64 or complex128
-        Decides the matrix type: real symmetric indefinite or complex symmetric.
+        With the next decides the matrix type: real symmetric indefinite, complex symmetric, or real unsymmetric.
+    symmetric : bool
 
     Raises
     ------
@@ -151,7 +177,9 @@ class Pardiso:
         If oneMKL is missing or PARDISO reports an error.
     """
 
-    def __init__(self, indptr: NDArray[np.int32], indices: NDArray[np.int32], dtype: np.dtype) -> None:
+    def __init__(
+        self, indptr: NDArray[np.int32], indices: NDArray[np.int32], dtype: np.dtype, *, symmetric: bool = True
+    ) -> None:
         library = load_library()
         if library is None:
             raise SolverError("PARDISO is not available: no oneMKL runtime was found; install `mkl` or use 'superlu'")
@@ -159,7 +187,10 @@ class Pardiso:
         self.indptr, self.indices, self.dtype = indptr, indices, np.dtype(dtype)
         self.n = len(indptr) - 1
         self._values = np.zeros(len(indices), self.dtype)
-        self._matrix_type = COMPLEX_SYMMETRIC if self.dtype.kind == "c" else REAL_SYMMETRIC_INDEFINITE
+        self._matrix_type = REAL_SYMMETRIC_INDEFINITE if symmetric else REAL_UNSYMMETRIC
+        if self.dtype.kind == "c":
+            self._matrix_type = COMPLEX_SYMMETRIC
+        self._analysed = False
         self._handle = np.zeros(64, np.int64)
         self.iparm = np.zeros(64, np.int32)
         self._threads = get_threads()
@@ -167,25 +198,11 @@ class Pardiso:
         library.pardisoinit(
             _address(self._handle), ctypes.byref(ctypes.c_int32(self._matrix_type)), _address(self.iparm)
         )
-        self._configure()
+        settings = _SYMMETRIC_SETTINGS if symmetric else _UNSYMMETRIC_SETTINGS
+        self.iparm[list(settings)] = list(settings.values())
         # The finalizer may not know `self`. At exit the memory goes with the process, so nothing runs then.
         self._finalizer = weakref.finalize(self, _release, library, self._handle, self._matrix_type, self.n, self.iparm)
         self._finalizer.atexit = False
-
-    def _configure(self) -> None:
-        settings = {
-            0: 1,  # these values, not the defaults
-            1: 2,  # METIS: a third of minimum degree's time on 3D blocks; its parallel form (3) gains nothing
-            7: 0,  # refine only where pivots were perturbed: the default's two steps double the solve time
-            9: 8,  # pivots below 1e-8 of the scaled matrix are perturbed, and counted
-            10: 1,  # scaling and
-            12: 1,  # symmetric matching: 5 % of the time, and without them a rigid-body mode passes unnoticed
-            20: 1,  # 1x1 and 2x2 Bunch-Kaufman pivots: K - sigma M is indefinite
-            23: 0,  # one-level scheduling: two-level solves are slower, and forbid scaling and matching
-            34: 1,  # zero-based indices
-        }
-        for index, value in settings.items():
-            self.iparm[index] = value
 
     def __reduce__(self) -> tuple:
         raise TypeError("a PARDISO factor lives in the library's own memory: it can be neither copied nor pickled")
@@ -194,17 +211,22 @@ class Pardiso:
         """Symbolic phase: ordering, matching and scaling from the pattern and these first values."""
         self._values = values
         self._call(_ANALYSE)
+        self._analysed = True
 
     def factorize(self, values: NDArray) -> None:
         """Numeric phase: L D L^T of the matrix with these values on the analysed pattern."""
         self._values = values
         self._call(_FACTORIZE)
 
-    def solve(self, b: NDArray) -> NDArray:
-        """Solve for ``b`` : (n,) or (n, k), of the factor's dtype."""
+    def solve(self, b: NDArray, values: NDArray | None = None) -> NDArray:
+        """Solve for ``b`` : (n,) or (n, k), of the factor's dtype; after the numeric phase with ``values`` if given."""
         b = np.asfortranarray(b, dtype=self.dtype)
         x = np.empty_like(b, order="F")
-        self._call(_SOLVE, b, x, 1 if b.ndim == 1 else b.shape[1])
+        if values is not None:
+            if not self._analysed:
+                self.analyse(values)
+            self._values = values
+        self._call(_SOLVE if values is None else _FACTORIZE_AND_SOLVE, b, x, 1 if b.ndim == 1 else b.shape[1])
         return x
 
     @property

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rom.datasets.storage import whole_file
+from rom.files import whole_file
 from rom.interactive.policy import policy
 from rom.interactive.surface_model import HIGHEST_HZ, LOSS_FACTORS, compress, deviation, from_bytes, to_bytes
 from rom.metamodels.modal import ModalKrylov

@@ -87,7 +87,7 @@ class Direct(Metamodel):
 
     # ---- how wrong it is: what one more step of refinement would change, the residual summed in extended precision
 
-    def _answer(self, cases: CaseArrays) -> tuple[np.ndarray, Assessment]:
+    def answer(self, cases: CaseArrays) -> tuple[np.ndarray, Assessment]:
         self._check_fitted()
         scene = self.scene
         rows = slice(None) if scene.outputs == "field" else scene.part_rows

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rom.scenes import LinearScene, Scene
 
 NOT_LINEAR = "contact, friction and fibres that carry tension only are no linear system: nothing adds up"
@@ -19,6 +21,6 @@ def not_harmonic(scene: Scene, reason: str, not_linear_reason: str = NO_MODES) -
     return not_linear(scene, not_linear_reason) or (None if scene.harmonic else reason)
 
 
-def within(scene: LinearScene, count: int) -> int:
-    """``count`` modes or directions, or as many as a small body can be asked for."""
+def within(scene: Any, count: int) -> int:
+    """``count`` modes or directions, or as many as the small body of a linear scene can be asked for."""
     return max(1, min(count, scene.n_free // 4))

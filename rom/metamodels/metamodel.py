@@ -17,6 +17,7 @@ import xarray as xr
 
 from rom.datasets.storage import read_netcdf, write_netcdf
 from rom.errors import NotFittedError, SchemaError
+from rom.metamodels.basis import room
 from rom.metamodels.facts import Curve, Needs
 from rom.metamodels.model_files import check_fitted_scene, check_method, scene_attributes
 from rom.metamodels.stored import Stored, from_dataset, to_dataset
@@ -170,7 +171,7 @@ class Metamodel(ABC):
         answered_by = None
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             if tolerance is None:
-                values, found = self._answer(arrays)
+                values, found = self.answer(arrays)
                 kind, extra = np.full(len(arrays), found.kind), self.indicators(arrays)
             else:
                 # stands above the methods, since it chooses among them
@@ -227,7 +228,7 @@ class Metamodel(ABC):
         """(n_case,) ndarray of str: what lies outside the method's range, or nothing."""
         return np.full(len(cases), "") if self.trained is None else self.trained.reasons(self.scene, cases)
 
-    def _answer(self, cases: Any) -> tuple[Any, Assessment]:
+    def answer(self, cases: Any) -> tuple[Any, Assessment]:
         """Answers for the scene's outputs, and what is known of their error at little cost."""
         return self.evaluate(cases), self.quick_assessment(cases)
 
@@ -255,7 +256,11 @@ class Metamodel(ABC):
             Where ``out`` does not fit.
         """
         self._check_fitted()
-        return self._evaluate(cases, outputs or self.scene.outputs, out)
+        values = self._evaluate(cases, outputs or self.scene.outputs, out)
+        if out is None or values is out or isinstance(values, dict):
+            return values
+        room(out, *values.shape, values.dtype)[:] = values  # of a method that makes an array of its own
+        return out
 
     def _check_fitted(self) -> None:
         if not self.fitted:

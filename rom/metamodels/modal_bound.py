@@ -167,7 +167,7 @@ class ModalBound:
             rows, weight = vectors[load], np.abs(share[load])
             image, size = stiffness @ rows.T, energy.size(rows)
             left = mass @ rows.T - theta[load] * image - share[load] * next_image[:, [load]]
-            own.norm[load] = energy.norms(rows)[1]
+            own.norm[load] = energy.norms(rows, image.T)[1]
             own.defect[load] = energy.plain_dual(left.T) + energy.product_error(
                 size, theta[load], 1.0, terms=3) + energy.product_error(next_size[load] * weight, 1.0, terms=3)
             own.defect[load] += UNIT * (STEPS * theta[load] * own.norm[load] + (p + 12) * weight * next_norm[load])
@@ -277,7 +277,7 @@ def single_forms(energy: EnergyNorm, stored: np.ndarray, exact: np.ndarray) -> n
     if stored.dtype == exact.dtype:
         return np.empty((0, k, k))
     stored = stored.astype(float)
-    lost, weight = stored - exact, np.asarray(abs(energy.model.stiffness).sum(axis=1)).ravel()
+    lost, weight = stored - exact, energy.row_sums
     n, size = len(weight), energy.size(lost)
     forms = np.stack([lost @ energy.image(lost).T, UNIT_SINGLE ** 2 * (stored * weight) @ stored.T])
     # rounding of an entry counts k times its own place

@@ -110,6 +110,12 @@ class ModalMethod(Metamodel):
         return held + (self.own_shapes.nbytes + self.theta.nbytes + self.first.nbytes if self.n_vectors else 0)
 
     @property
+    def fields(self) -> tuple[int, int] | None:
+        """Full fields that the online stage holds, and that an answer of one force reads; None if the band decides."""
+        modes, own = self.settings["modes"], self.n_vectors
+        return None if modes is None else (modes + own * self.scene.n_loads, modes + own)
+
+    @property
     def online_bytes(self) -> int:
         field = self.shapes.field
         return field.nbytes + 2 * field[0].nbytes + (self.own_shapes.field[0].nbytes if self.n_vectors else 0)

@@ -88,6 +88,12 @@ class PodGalerkin(Metamodel):
         return self._basis.nbytes + self.participation.nbytes
 
     @property
+    def fields(self) -> tuple[int, int] | None:
+        """Full fields that the online stage holds, and that an answer of one force reads; None where data decide."""
+        rank = self.settings["rank"]
+        return None if rank is None else (rank, rank)
+
+    @property
     def online_bytes(self) -> int:
         return self._basis.field.nbytes + (2 if self.scene.harmonic else 1) * self._basis.field[0].nbytes
 

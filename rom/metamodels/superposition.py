@@ -83,6 +83,11 @@ class Superposition(Metamodel):
         return self._basis.nbytes
 
     @property
+    def fields(self) -> tuple[int, int]:
+        """Full fields that the online stage holds, and that an answer of one force reads."""
+        return self.scene.n_loads, 1
+
+    @property
     def online_bytes(self) -> int:
         row = self._basis.field[0].nbytes
         return (self.scene.max_forces + 1) * row

@@ -44,7 +44,8 @@ def effectivity(found: Results) -> Figure | None:
     return Figure("effectivity.png", figure,
                   "The bound of the energy error over the true one, from the least to the largest case, the marker at "
                   "the median; a line a setting (named under the pointer). At 1 a bound is sharp; below 1 it is wrong.",
-                  "Range of bound over true error for each method and setting that returns a bound.", points)
+                  "Range of bound over true error for each method and setting that returns a bound.",
+                  points=points)
 
 
 class Sharpness:

@@ -60,7 +60,7 @@ def error_over_population(found: Results) -> Figure | None:
     """Largest error over all held-out cases by frequency and loss factor, or by the number of forces, and by node."""
     names = [name for name in AXES if f"by_{name}" in found.data]
     methods = population(found)
-    if not names or not methods:
+    if not names or not methods or not networks(found):
         return None
     figure = sheet(6.6, _population_title(found), COLUMN)
     panels = figure.subplots(len(found.splits), len(names) + 1, sharey=True, squeeze=False)

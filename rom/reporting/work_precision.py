@@ -67,7 +67,7 @@ def _figure(found: Results, file: str, sets: list[tuple[str, str]], height: floa
         axes.set_ylabel(f"largest error, {split} split")
     legend_below(figure, panels, columns=4)
     return Figure(file, figure, caption, f"Scatter of largest held-out error against time for each method: {what}.",
-                  points)
+                  points=points)
 
 
 def _panel(axes: Axes, found: Results, workload: str, split: str, whiskers: bool) -> Points:

@@ -18,11 +18,12 @@ import xarray as xr
 from rom.bodies import Grid
 from rom.checks import real_number, shown, whole_number
 from rom.finger_on_glass.section import Section, SectionMesh, mesh_section
-from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
+from rom.finger_on_glass.tissue import VARIANTS
 from rom.scenes.extent import Extent
 from rom.scenes.inputs import Input, Quantity
 from rom.scenes.path_answers import DEFINITIONS, QUANTITIES, RECORD, path_errors, solve_path
-from rom.scenes.paths import INPUTS, NUMBERS, RANGES, PathArrays, label_paths, read_paths
+from rom.scenes.path_population import draw_beyond, draw_paths, why_held_out
+from rom.scenes.paths import INPUTS, NUMBERS, PathArrays, label_paths, read_paths
 from rom.scenes.scene import Answers, Scene
 
 if TYPE_CHECKING:
@@ -33,11 +34,6 @@ FORCE_SHARES = tuple(i / 8 for i in range(1, 9))
 """Of the normal force, at the positions before the plate slides."""
 TRAVEL = tuple(0.25e-3 * i for i in range(1, 25))
 """Of the plate, at the positions after [m]."""
-BEYOND = {"c": ((1500.0, 2000.0), (4500.0, 6000.0)), "k1": ((0.25, 0.5), (2.0, 4.0)),
-          "friction": ((0.35, 0.5), (1.2, 1.5)), "normal_force": ((0.12, 0.2), (0.8, 1.2))}
-"""Ranges below and above, for the extrapolation part of the hard split."""
-HEAVY, SOFT, SLIPPERY = 0.65, 3000.0, 0.57
-"""Normal force from which [N] on tissue up to which c [Pa], and friction up to which the hard split holds paths out."""
 PASCAL = 1e6
 """In a MPa, which the full-order model computes in."""
 
@@ -303,51 +299,15 @@ class FingerOnGlass(Scene):
 
     def sample(self, count: int, seed: int = 0) -> PathArrays:
         """``count`` paths within the ranges: variants in turn, a Latin hypercube of each."""
-        return self._draw(count, np.random.default_rng([seed, 1]))
-
-    def _draw(self, count: int, rng: np.random.Generator) -> PathArrays:
-        from scipy.stats import qmc
-
-        variant = np.arange(count) % len(VARIANTS)
-        unit = np.empty((count, len(RANGES)))
-        for v in range(len(VARIANTS)):
-            mine = variant == v
-            if mine.any():
-                unit[mine] = qmc.LatinHypercube(len(RANGES), rng=rng).random(int(mine.sum()))
-        drawn = {name: low + (high - low) * unit[:, j] for j, (name, (low, high)) in enumerate(RANGES.items())}
-        low, high = RANGES["k1"]
-        drawn["k1"] = _published_k1(variant) * low * (high / low) ** unit[:, 1]
-        return PathArrays(variant, **drawn)
+        return draw_paths(count, np.random.default_rng([seed, 1]))
 
     def sample_beyond(self, count: int, seed: int = 0) -> PathArrays:
         """``count`` paths with one input outside its range, below and above in turn, the others within."""
-        rng = np.random.default_rng([seed, 2])
-        paths = self._draw(count, rng)
-        names = list(BEYOND)
-        for i in range(count):
-            name = names[i // len(VARIANTS) % len(names)]
-            low, high = BEYOND[name][i // (len(VARIANTS) * len(names)) % 2]
-            value = low * (high / low) ** rng.random()
-            getattr(paths, name)[i] = value * (_published_k1(paths.variant[i:i + 1])[0] if name == "k1" else 1.0)
-        return paths
+        return draw_beyond(count, np.random.default_rng([seed, 2]))
 
     def hard_region(self, paths: PathArrays, seed: int = 0) -> np.ndarray:
         """(n_path,) ndarray of int: 0 where a path belongs to hard training, k where to ``regions[k - 1]``."""
-        found = np.where(paths.friction <= SLIPPERY, 2, 0)
-        found = np.where((paths.normal_force >= HEAVY) & (paths.c <= SOFT), 1, found)
-        return np.where(self.beyond(paths).any(axis=1), 3, found)
-
-    def beyond(self, paths: PathArrays) -> np.ndarray:
-        """(n_path, 4) ndarray of bool: which of c, k1, friction and normal force lie outside the sampled ranges."""
-        values = paths.numbers.copy()
-        values[:, 1] /= _published_k1(paths.variant)
-        low, high = np.array(list(RANGES.values())).T
-        return (values < low * (1 - 1e-9)) | (values > high * (1 + 1e-9))
-
-
-def _published_k1(variant: np.ndarray) -> np.ndarray:
-    """Published fibre stiffness of each variant [Pa]."""
-    return PASCAL * np.array([PUBLISHED_K1[name] for name in VARIANTS])[variant]
+        return why_held_out(paths)
 
 
 @cache

@@ -102,6 +102,11 @@ class PatchForces(Population):
         return region
 
 
+def site_nodes(scene: LinearScene) -> np.ndarray:
+    """(n_site,) ndarray of int: mesh nodes at the patches' centres; the loads are theirs, three a site."""
+    return scene.loads.labels["load_node"][::len(DIRECTIONS)]
+
+
 def harmonic_patch_forces(fingertip: Fingertip, outputs: str = "field", sites: Sequence[int] = ()) -> LinearScene:
     """Simultaneous harmonic forces on nine-node patches of skin, 1-260 Hz, loss factor 0.1.
 

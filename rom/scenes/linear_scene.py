@@ -82,6 +82,7 @@ class LinearScene(Scene):
         self.needs, self.leaves_out = dict(question.needs), dict(question.leaves_out)
         self.part, self.part_words = question.part, question.part_words
         self.regions = self.population.regions
+        self.recommended = "modal-krylov" if self.harmonic else "superposition"  # it bounds its own error; it is exact
         self.outputs = self.check_outputs(outputs)
 
     def __repr__(self) -> str:
@@ -273,10 +274,6 @@ class LinearScene(Scene):
     def thinned(self, rows: np.ndarray, every: int) -> np.ndarray:
         chosen = (rows // CASES_PER_POINT) % every == 0  # neighbours in the sampling share an operating point
         return chosen if chosen.any() else np.ones(len(rows), dtype=bool)
-
-    @property
-    def recommended(self) -> str:  # type: ignore[override]
-        return "modal-krylov" if self.harmonic else "superposition"  # it bounds its own error; it is exact
 
     @property
     def solver(self) -> str:  # type: ignore[override]

@@ -7,15 +7,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
+from rom.bodies import Body, Loads
 from rom.cli import main
-from rom.comparison.plan import RECOMMENDED, observed_names, plan
-from rom.comparison.plan_counts import matrices
+from rom.comparison.plan import explain, plan
+from rom.comparison.plan_counts import Matrices
+from rom.fingertip import FingertipBody
 from rom.fingertip.fingertip import PRESETS
 from rom.fullorder import factorize
 from rom.fullorder.pardiso import load_library
-from rom.metamodels import METHODS, applicable, create, metamodel_class
-from rom.scenes import SCENES, get_scene
+from rom.metamodels import METHODS, applicable, create
+from rom.scenes import LinearScene, get_scene
+
+SCENES = ("static-point-forces", "harmonic-point-force", "harmonic-patch-forces")
+OBSERVED = ("mesh", "second mesh", "stiffness", "mass", "real factorization", "complex factorization", "modes",
+            "static responses", "snapshots", "scikit-learn", "torch", "complex answer", "full field online",
+            "sensitivities", "figures")
+"""Steps that stand for an event which can be watched, unlike those that only count."""
 
 SMALL_SETTINGS = {
     "transformer": {"rank": 5, "steps": 3, "width": 16, "heads": 2}, "mlp": {"rank": 5, "steps": 3, "width": 16},
@@ -31,7 +40,7 @@ import json, sys, tracemalloc
 import numpy as np
 import rom.fingertip.fingertip as fingertip_module
 from rom.comparison.plan import plan
-from rom.datasets import draw_cases, solve_cases
+from rom.datasets import draw_cases
 from rom.datasets.schema import dataset_attributes
 from rom.fingertip import Fingertip, MeshDensity, elasticity
 from rom.fullorder import SecondOrderModel, second_order
@@ -68,7 +77,7 @@ def fresh(name, outputs="field"):
 
 def happened():
     return {"mesh": "mesh" in events, "second mesh": events.count("mesh") > 1,
-            "stiffness by tissue": "stiffness" in events, "mass by tissue": "mass" in events,
+            "stiffness": "stiffness" in events, "mass": "mass" in events,
             "real factorization": "real factor" in events, "complex factorization": "complex factor" in events}
 
 
@@ -80,7 +89,7 @@ for name, method, settings in json.loads(sys.argv[1]):
             events.clear()
             scene = fresh(name)
             arrays, data = draw_cases(scene, 40, seed=1)
-            data = scene.label(data, solve_cases(scene, arrays)[0], "field")
+            data = scene.label(data, scene.solve(arrays)[0]["displacement"], "field")
             data.attrs.update(dataset_attributes(scene))
             trained[name] = data, happened()
         train, before = trained[name] if learns else (None, {})
@@ -111,11 +120,15 @@ print(json.dumps(found))
 """
 
 
+ANSWER = {name: [method for method, reason in applicable(get_scene(name)).items() if reason is None] for name in SCENES}
+"""Methods by the scene that they answer; nothing is built to know it."""
+
+
 def pairs(networks):
     """Every scene and method; what loads a library that the others must not load stands last."""
     order = sorted(METHODS, key=lambda name: name == "pod-regression")
     return [(scene, method, SMALL_SETTINGS.get(method, {})) for method in order for scene in SCENES
-            if scene in metamodel_class(method).scenes and (method in NETWORKS) == networks]
+            if method in ANSWER[scene] and (method in NETWORKS) == networks]
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +150,7 @@ def traced(subprocess_environment):
 def test_a_plan_says_what_happens(traced, tiny_tip, name, method, settings, outputs):
     said = plan(get_scene(name, tiny_tip), method, outputs, **settings)
     seen, before, solved, model_bytes, peak = traced[name, method, outputs]
-    assert {step: said.step(step).built for step in observed_names()} == seen
+    assert {step: said.step(step).built for step in OBSERVED} == seen
     assert {step: said.step(step).snapshots for step in before} == (before or {})
     assert solved == said.step("static responses").counts.get("solves", 0)  # one call a Lanczos step, counted in theory
     online = said.step("online model").counts
@@ -149,14 +162,14 @@ def test_a_plan_says_what_happens(traced, tiny_tip, name, method, settings, outp
 
 def test_every_method_is_traced(traced):
     assert {(name, method) for name, method, _ in traced} == {
-        (name, method) for name in SCENES for method in applicable(name)}
-    both = {step: {row[0][step] for row in traced.values()} for step in observed_names()}
+        (name, method) for name in SCENES for method in ANSWER[name]}
+    both = {step: {row[0][step] for row in traced.values()} for step in OBSERVED}
     for step, states in both.items():  # so that a comparison can fail: each event was seen, and seen to be absent
         assert states == {"mesh": {True}, "sensitivities": {False}, "figures": {False}}.get(step, {True, False}), step
 
 
 def test_counts_are_those_of_the_matrices(small_tip):
-    counted = matrices(small_tip)
+    counted = Matrices(FingertipBody(small_tip))
     for matrix, by_tissue, said in ((small_tip.stiffness, small_tip.stiffness_by_tissue, counted.stiffness),
                                     (small_tip.mass, small_tip.mass_by_tissue, counted.mass)):
         assert said["dofs"] == matrix.shape[0]
@@ -166,7 +179,7 @@ def test_counts_are_those_of_the_matrices(small_tip):
 
 
 def test_the_factor_is_counted_without_its_numbers(small_tip):
-    said = matrices(small_tip).factor(complex_=False)
+    said = Matrices(FingertipBody(small_tip)).factor(complex_=False)
     if load_library() is None:
         assert said == {}
         return
@@ -177,7 +190,7 @@ def test_the_factor_is_counted_without_its_numbers(small_tip):
     assert said["bytes"] < held
     # operations of L D L^T: sum of squared column lengths, so between the mean's square and the largest's
     assert said["entries"] ** 2 / n < said["flop"] < said["entries"] * n
-    assert matrices(small_tip).factor(complex_=True)["flop"] == 4 * said["flop"]
+    assert Matrices(FingertipBody(small_tip)).factor(complex_=True)["flop"] == 4 * said["flop"]
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -185,22 +198,48 @@ def test_explain_prints_the_plan(capsys, monkeypatch, name, tiny_tip):
     monkeypatch.setitem(PRESETS, "metamodel", tiny_tip.density)
     assert main(["explain", name]) == 0
     out, error = capsys.readouterr()
-    assert error == "" and out.startswith(f"{name} by {RECOMMENDED[name]}, recommended; outputs: field")
-    said = plan(get_scene(name, tiny_tip))
+    scene = get_scene(name, tiny_tip)
+    assert error == "" and out.startswith(f"{name} by {scene.recommended}, recommended; outputs: field")
+    said = plan(scene)
     head, left = out.split("left out\n")
     for step, part in [(s, head) for s in said.built] + [(s, left) for s in said.skipped]:
         assert f"  {step.name} " in part and step.why in part
-    for key, reason in SCENES[name].leaves_out.items():  # what the scene declares is among the reasons
+    for key, reason in scene.leaves_out.items():  # what the scene declares is among the reasons
         if key in ("mass matrix", "torch"):
             assert reason in left
 
 
-def test_a_plan_builds_nothing_but_the_mesh(tiny_tip):
+def test_a_plan_builds_nothing_but_the_mesh_and_its_unit_loads(tiny_tip):
     scene = get_scene("harmonic-point-force", replace(tiny_tip))
     plan(scene, "modal-krylov")
-    built = set(vars(scene.fingertip))
-    assert not built & {"stiffness", "mass", "stiffness_by_tissue", "mass_by_tissue", "pad_loads"}
+    built = set(vars(scene.body.fingertip))
+    assert "model" not in vars(scene.body)
+    assert not built & {"stiffness", "mass", "stiffness_by_tissue", "mass_by_tissue"}
     assert "mesh" in built
+
+
+def test_a_body_of_matrices_has_a_plan_too():
+    n = 40
+    stiffness = sp.diags_array([-np.ones(n - 1), 2.1 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]).tocsr()
+    scene = LinearScene(Body(stiffness, sp.eye_array(n)), Loads.named(np.eye(n)[:, :3], ["a", "b", "c"]))
+    said = plan(scene, "modal-krylov", modes=5, vectors=2)
+    assert not said.step("mesh").built and said.step("modes").built
+    assert said.step("stiffness").counts["entries"] == 3 * n - 2 and said.step("mass").counts["entries"] == n
+    assert said.step("static responses").counts == {"loads": 3, "solves": 9}  # one to start Lanczos, two vectors
+    assert not said.step("complex factorization").built and plan(scene, "direct").step("complex factorization").built
+
+
+def test_the_finger_on_glass_says_what_is_followed_and_what_is_left_out():
+    scene = get_scene("finger-on-glass", rays=16, layers=2)
+    direct, reduced, learned = (plan(scene, method) for method in ("direct", "pod-galerkin", "interpolation"))
+    assert [step.name for step in direct.built] == ["section", "path", "contact"]
+    assert reduced.recommended and reduced.step("path").why.startswith("in reduced coordinates: Newton")
+    assert not learned.step("path").built and learned.step("path").snapshots and learned.step("snapshots").built
+    for said in (direct, reduced, learned):
+        assert {step.name for step in said.skipped} >= {"three dimensions", "mass matrix", "modes", "torch"}
+        assert explain(said).count("left out") == 1
+    assert plan(scene, "mlp").step("torch").built
+    assert "mesh" in vars(scene) and "finger" not in vars(scene)
 
 
 def test_refusals(static, harmonic):
@@ -215,8 +254,8 @@ def test_refusals(static, harmonic):
 
 
 def test_the_recommended_methods_meet_their_gates(scene_of):
-    for name, method in RECOMMENDED.items():
-        scene = scene_of[name]
+    for scene in scene_of.values():
+        method = scene.recommended
         cases = scene.sample(12, seed=7)
         truth = create("direct-reused", scene).fit().evaluate(cases)
         answer = create(method, scene, **plan(scene).settings).fit().evaluate(cases)

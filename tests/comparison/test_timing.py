@@ -1,35 +1,40 @@
-"""Clocks: interleaved, raw repeats kept. No test here depends on how fast anything is."""
+"""Clocks: interleaved, every call kept, one protocol. No test here depends on how fast anything is."""
 
 import numpy as np
 
+from rom.comparison import timing
 from rom.comparison.timing import interleaved, memory_bandwidth, product_rate, threads_in_use
 
 
-def test_methods_take_turns_and_every_repeat_is_kept():
+def recorder(order, name):
+    return [lambda i, part=part: order.append((name, part, i)) for part in ("first", "again")]
+
+
+def test_methods_take_turns_and_every_call_is_kept():
     order = []
-    seconds = interleaved({name: (lambda i, n=name: order.append((n, i))) for name in ("a", "b")}, 4, warm_up=2)
-    assert {name: found.shape for name, found in seconds.items()} == {"a": (4,), "b": (4,)}
+    seconds = interleaved({name: recorder(order, name) for name in ("a", "b")}, 4)
+    assert {name: found.shape for name, found in seconds.items()} == {"a": (2, 4), "b": (2, 4)}
     assert all((found > 0).all() for found in seconds.values())
-    rounds = [order[k:k + 12] for k in range(0, len(order), 12)]  # quick calls are made once and then five times
-    assert len(rounds) == 6  # two rounds of warm-up, four timed
-    for k, turn in zip(range(-2, 4), rounds, strict=True):
-        assert [name for name, _ in turn] == 6 * ["a"] + 6 * ["b"]
-        assert [i for _, i in turn] == 2 * [(k + j) % 4 for j in range(6)]  # each call another case
+    assert len(order) == 16  # nothing is called that is not kept
+    for k in range(4):
+        turn = order[4 * k:4 * k + 4]
+        assert [(name, part) for name, part, _ in turn] == [
+            ("a", "first"), ("a", "again"), ("b", "first"), ("b", "again")]
+        assert [i for *_, i in turn] == 2 * [2 * k, 2 * k + 1]  # each call another case, the same for every method
 
 
-def test_slow_calls_are_made_once_a_repeat():
-    import time
-
-    calls = []
-    seconds = interleaved({"slow": lambda i: calls.append(i) or time.sleep(0.03)}, 3, warm_up=1)
-    assert calls == [2, 0, 1, 2]
-    assert (seconds["slow"] >= 0.03).all()
+def test_what_has_spent_its_budget_gets_no_further_round(monkeypatch):
+    monkeypatch.setattr(timing, "clocked", lambda call, i: call(i))
+    seconds = interleaved({"slow": [lambda _: 5.0], "fast": [lambda _: 0.1]}, 6, budget=8.0, least=3)
+    # 5 s, 10 s: the third round is due, a fourth is not
+    np.testing.assert_array_equal(seconds["slow"][0], [5, 5, 5, np.nan, np.nan, np.nan])
+    np.testing.assert_array_equal(seconds["fast"][0], 6 * [0.1])
 
 
 def test_a_progress_bar_sees_every_round():
     seen = []
-    interleaved({"a": lambda i: None}, 3, 1, progress=lambda items: seen.extend(items) or seen)
-    assert seen == [-1, 0, 1, 2]
+    interleaved({"a": [lambda i: None]}, 3, progress=lambda items: seen.extend(items) or seen)
+    assert seen == [0, 1, 2]
 
 
 def test_floors_are_finite_rates():

@@ -5,6 +5,7 @@ import os
 import stat
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -239,6 +240,25 @@ def test_a_damaged_entry_of_the_cache_is_made_anew(plate, tmp_path, monkeypatch,
     assert make_dataset(plate.scene, 8) == path
     xr.testing.assert_equal(read_dataset(path)["displacement"], expected["displacement"])
     assert f"{path.name} was damaged" in caplog.text
+
+
+def test_who_finds_another_one_at_work_in_the_cache_waits(plate, tmp_path, monkeypatch, caplog):
+    monkeypatch.setenv("ROM_CACHE", str(tmp_path))
+    started, found = threading.Event(), []
+    second = threading.Thread(target=lambda: found.append(make_dataset(plate.scene, 8)))
+
+    def meeting(items):
+        for k in items:
+            if not started.is_set():
+                started.set()
+                second.start()
+                while "waiting for another process" not in caplog.text:
+                    time.sleep(0.01)
+            yield k
+
+    first = make_dataset(plate.scene, 8, progress=meeting)
+    second.join()
+    assert found == [first] and beside(first) == [first.name]
 
 
 @pytest.mark.parametrize("kind", ["folder", "pipe", "below a file"])

@@ -1,13 +1,12 @@
-"""Errors from Gram matrices are those of whole fields; tables, peaks and parts of the whole grid."""
+"""Errors from Gram matrices are those of whole fields; tables and parts of the whole grid."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from rom.comparison.full_scale.errors_by import Table, largest_by
-from rom.comparison.full_scale.network_errors import network_errors
-from rom.comparison.full_scale.peaks import highest_peak
-from rom.comparison.full_scale.static import additive_errors
+from full_scale.errors_by import Table, largest_by
+from full_scale.network_errors import network_errors
+from full_scale.static import additive_errors
 
 from rom.datasets import draw_combinations, superposed, unit_responses
 from rom.datasets.reduced import ReducedField
@@ -46,20 +45,6 @@ def test_errors_of_added_answers_are_those_of_whole_fields(static, data_of):
                                for index, truth in superposed(responses, cases)])
     assert expected.max() > 1e-4
     np.testing.assert_allclose(additive_errors(model, cases, responses), expected, rtol=1e-3, atol=1e-6)
-
-
-def test_peaks_are_found_between_hertz():
-    frequency = np.arange(1.0, 301.0)
-
-    def response(peaks):
-        return sum(a / np.abs(f**2 * (1 + 0.1j) - frequency**2) for f, a in peaks)
-
-    place, height, inside = highest_peak(np.array([response([(120.4, 1.0)]), response([(80.0, 1.0), (220.7, 9.0)]),
-                                                   1.0 / frequency]))
-    assert inside.tolist() == [True, True, False]
-    np.testing.assert_allclose(place[:2], [120.4, 220.7], atol=0.2)
-    fine = np.array([80.0, 120.4, 220.7])
-    assert height[0] == pytest.approx((1.0 / np.abs(fine[1]**2 * 0.1)), rel=1e-2)
 
 
 def test_largest_errors_by_value():

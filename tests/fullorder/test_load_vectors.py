@@ -21,7 +21,7 @@ def modes(model):
 
 @pytest.fixture(scope="module")
 def loads(tiny_harmonic):
-    return np.ascontiguousarray(tiny_harmonic.pad_loads[:, :4])
+    return np.ascontiguousarray(tiny_harmonic.unit_loads[:, :4])
 
 
 @pytest.fixture(scope="module")

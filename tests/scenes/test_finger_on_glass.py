@@ -7,7 +7,9 @@ import xarray as xr
 from rom.finger_on_glass.tissue import PUBLISHED_K1, VARIANTS
 from rom.fingertip import Fingertip
 from rom.scenes import SCENES, LinearScene, get_scene, scene_from_json
-from rom.scenes.finger_on_glass import BEYOND, RANGES, FingerOnGlass
+from rom.scenes.finger_on_glass import FingerOnGlass
+from rom.scenes.path_population import BEYOND, beyond
+from rom.scenes.paths import RANGES
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +37,7 @@ def test_default_mesh_and_positions_are_the_declared_ones():
 
 def test_sample_fills_each_variant_like_a_latin_hypercube(scene):
     paths = scene.sample(60, seed=4)
-    assert not scene.beyond(paths).any()
+    assert not beyond(paths).any()
     for v, name in enumerate(VARIANTS):
         mine = paths.take(paths.variant == v)
         assert len(mine) == 20
@@ -54,7 +56,7 @@ def test_seed_decides_the_sample(scene):
 
 def test_one_input_lies_beyond_its_range(scene):
     paths = scene.sample_beyond(24, seed=3)
-    outside = scene.beyond(paths)
+    outside = beyond(paths)
     assert (outside.sum(axis=1) == 1).all()
     assert (outside.sum(axis=0) == 6).all()  # each of the four inputs equally often
     for name in ("c", "friction", "normal_force"):

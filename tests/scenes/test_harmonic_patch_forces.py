@@ -11,19 +11,15 @@ from rom.fingertip import DIRECTIONS
 from rom.metamodels import create
 from rom.relative import relative_errors
 from rom.scenes import NO_FORCE, CaseArrays, get_scene, scene_from_json
+from rom.scenes.harmonic_patch_forces import site_nodes
 
 SETTINGS = {"direct": {}, "direct-reused": {}, "modal": {"modes": 12}, "modal-static": {"modes": 12},
             "modal-krylov": {"modes": 12, "vectors": 4}, "coarse-fem": {"scale": 0.7}, "pod-galerkin": {"rank": 20}}
 
 
-def sites_of(scene):
-    """Nodes at the patches' centres: three loads each, in the order of DIRECTIONS."""
-    return [int(node) for node in scene.loads.labels["load_node"][::3]]
-
-
 def labelled(scene, **changes):
     """Two cases: one force alone, and one force of each direction at once."""
-    first, second = sites_of(scene)
+    first, second = map(int, site_nodes(scene))
     data = {"load_node": [[first, NO_FORCE, NO_FORCE], [first, second, second]],
             "direction": [["normal", "none", "none"], ["normal", "radial-ulnar", "distal-proximal"]],
             "force_amplitude": [[0.1, 0.0, 0.0], [0.1, 0.05, 0.2]],
@@ -101,7 +97,7 @@ def test_an_option_of_another_scene_is_refused(small_tip):
 
 def test_unit_loads_are_those_of_the_fingertip(patches):
     assert patches.unit_loads.shape == (patches.n_free, patches.n_loads) == (patches.n_free, 6)
-    for j, node in enumerate(sites_of(patches)):
+    for j, node in enumerate(map(int, site_nodes(patches))):
         for k, direction in enumerate(DIRECTIONS):
             assert patches.load_index(node, direction) == 3 * j + k
             np.testing.assert_array_equal(patches.unit_loads[:, 3 * j + k],
@@ -118,11 +114,11 @@ def test_without_sites_the_fingerprint_centroid_is_loaded(small_tip):
 
 def test_sites_survive_json_and_tell_scenes_apart(patches):
     again = scene_from_json(patches.to_json())
-    assert sites_of(again) == sites_of(patches)
+    assert site_nodes(again).tolist() == site_nodes(patches).tolist()
     assert (again.to_json(), again.content_hash) == (patches.to_json(), patches.content_hash)
-    other = get_scene("harmonic-patch-forces", patches.body.fingertip, sites=sites_of(patches)[::-1])
+    other = get_scene("harmonic-patch-forces", patches.body.fingertip, sites=site_nodes(patches)[::-1].tolist())
     assert other.content_hash != patches.content_hash
-    assert json.loads(other.to_json())["options"]["sites"] == sites_of(patches)[::-1]
+    assert json.loads(other.to_json())["options"]["sites"] == site_nodes(patches)[::-1].tolist()
 
 
 # ---- sampling -----------------------------------------------------------------------------------------------

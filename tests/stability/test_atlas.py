@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from atlas import AXES, OUTCOMES, atlas, levels
 from atlas.excitation_extremes import _crossing
-from atlas.level import SETTINGS
+from atlas.level import SCENES, default_settings
 from atlas.survey import QUICK_DENSITY
 from presentation.stability import FAMILIES, draw, findings, tables
 
@@ -22,9 +22,10 @@ def results():
 def test_every_level_has_a_name_of_its_own_and_every_method_is_asked_somewhere():
     grid = levels()
     assert max(collections.Counter(level.label for level in grid).values()) == 1
-    assert {name for level in grid for name in level.asked} == {name for kinds in SETTINGS.values() for name in kinds}
+    assert {name for level in grid for name in level.asked} == {
+        name for scene in SCENES for name in default_settings(scene)}
     assert {level.axis for level in grid} == set(AXES) == {axis for family in FAMILIES.values() for axis in family}
-    assert all(level.scene in SETTINGS for level in grid)
+    assert all(level.scene in SCENES for level in grid)
 
 
 @pytest.mark.accuracy

@@ -23,7 +23,6 @@ from rom.errors import SolverError
 from rom.fullorder import IllConditionedWarning
 from rom.metamodels.superposition import Superposition
 from rom.metamodels.validity import Assessment, ValidityWarning
-from rom.scenes import get_scene
 
 
 @pytest.mark.parametrize(("error", "said", "bound", "kind", "outcome"), [
@@ -84,10 +83,10 @@ def test_the_worst_case_speaks_for_a_level():
     assert worst_of([Record("refused"), Record("crashed"), Record("silent", 1.0)]).outcome == "crashed"
 
 
-def test_methods_that_claim_to_be_exact_are_held_to_it():
-    assert tolerance_of("modal-krylov", "harmonic-point-force") == EXACT
-    assert tolerance_of("mlp", "harmonic-point-force") == 0.05  # the scene's gate
-    assert tolerance_of("pod-regression", STATIC) == get_scene(STATIC).gate
+def test_methods_that_claim_to_be_exact_are_held_to_it(static, harmonic):
+    assert tolerance_of("modal-krylov", harmonic) == EXACT
+    assert tolerance_of("mlp", harmonic) == 0.05  # the scene's gate
+    assert tolerance_of("pod-regression", static) == static.gate
 
 
 LEVEL = Level("made up", "ordinary", "ordinary forces", STATIC, static_cases, methods=("superposition",))

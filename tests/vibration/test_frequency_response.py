@@ -94,7 +94,7 @@ def test_directions_and_sites_can_be_chosen(patches):
     ({"frequency": [-1.0]}, "frequency -1 Hz"), ({"directions": []}, "cannot be swept"),
     ({"directions": ["normal", "normal"]}, "at most once"), ({"directions": ["up"]}, "direction holds 'up'"),
     ({"amplitude": 0.0}, "moves nothing"), ({"amplitude": np.inf}, "force amplitude inf"),
-    ({"loss_factor": -0.1}, "loss factor -0.1"), ({"node": 0}, "load_node holds 0")])
+    ({"loss_factor": -0.1}, "loss factor -0.1"), ({"node": 0}, "load_node 0 cannot carry load")])
 def test_impossible_sweeps_are_refused(scene, words, say):
     with pytest.raises(ValueError, match=say):
         sweep_cases(scene, **{"frequency": [10.0]} | words)

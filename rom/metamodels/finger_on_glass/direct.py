@@ -48,7 +48,7 @@ class PathDirect(Metamodel):
     def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         return self._follow(cases, outputs)[0]
 
-    def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:
+    def answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:
         self._check_fitted()
         answers, early = self._follow(cases, self.scene.outputs)
         return answers, Assessment.unknown(joined_reasons(self.reasons(cases), early), named=False)

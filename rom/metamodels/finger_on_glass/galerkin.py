@@ -173,7 +173,7 @@ class PathGalerkin(Metamodel):
     def _evaluate(self, cases: PathArrays, outputs: str, out: np.ndarray | None) -> Answers:
         return self._follow_all(cases, outputs)[0]
 
-    def _answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:
+    def answer(self, cases: PathArrays) -> tuple[Answers, Assessment]:
         self._check_fitted()
         answers, early = self._follow_all(cases, self.scene.outputs)
         return answers, Assessment.unknown(joined_reasons(self.reasons(cases), early), named=False)

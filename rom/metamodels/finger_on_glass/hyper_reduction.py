@@ -89,7 +89,7 @@ def learn_space(finger: Finger, displacement: np.ndarray, stretch_z: np.ndarray,
 def element_pressures(finger: Finger, displacement: np.ndarray, stretch_z: np.ndarray, bulk: np.ndarray) -> np.ndarray:
     """(n_state, n_quad) ndarray [MPa]: of converged states, where they are the bulk modulus times the dilatation."""
     found = np.empty((len(displacement), len(finger.mesh.quads)))
-    weights = finger._elements[1]
+    weights = finger.shape_functions[1]
     for i, u in enumerate(displacement):
         g = point_gradients(finger, u[:, None])[..., 0]
         in_plane = (1 + g[:, :, 0]) * (1 + g[:, :, 3]) - g[:, :, 1] * g[:, :, 2]
@@ -115,7 +115,7 @@ def supremizers(finger: Finger, pressures: np.ndarray) -> np.ndarray:
     """(2 n_node, m) ndarray: displacement that each pressure mode drives in the undeformed isotropic tissue."""
     nodes = 2 * len(finger.mesh.nodes)
     rows = finger.element_rows[:, :8]
-    gradients, weights = finger._elements
+    gradients, weights = finger.shape_functions
     # gradient-of-displacement inner product, the natural norm of the displacement
     block = np.einsum("eq,eqai,eqbi->eab", weights, gradients, gradients)
     values = np.zeros((len(rows), 8, 8))
@@ -141,7 +141,7 @@ def orthonormal(vectors: np.ndarray, more: np.ndarray) -> np.ndarray:
 def point_gradients(finger: Finger, vectors: np.ndarray) -> np.ndarray:
     """(n_quad, 4, 4, r) ndarray [1/mm]: gradients of the modes at the integration points, du_x/dX ... du_y/dY."""
     corner = vectors.reshape(len(finger.mesh.nodes), 2, -1)[finger.mesh.quads]
-    found = np.einsum("eqai,eajr->eqjir", finger._elements[0], corner, optimize=True)
+    found = np.einsum("eqai,eajr->eqjir", finger.shape_functions[0], corner, optimize=True)
     return found.reshape(*found.shape[:2], 4, -1)
 
 
@@ -159,7 +159,7 @@ def reduce(finger: Finger, space: ReducedSpace) -> ReducedFinger:
     ReducedFinger
     """
     r, m = space.vectors.shape[1], space.pressures.shape[1]
-    gradients, weights = point_gradients(finger, space.vectors), finger._elements[1]
+    gradients, weights = point_gradients(finger, space.vectors), finger.shape_functions[1]
     widening = gradients[:, :, 0] + gradients[:, :, 3]
     linear = np.einsum("eq,em,eqr->mr", weights, space.pressures, widening, optimize=True)
     quadratic = np.zeros((m, r * r))

@@ -57,7 +57,7 @@ def trained_network(method: str, scene: Scene, size: str = "large", split: str =
                          f"{origin.get('split_seed')}: cases held out by the {split} split of seed {split_seed} may be "
                          "known to it")
     if attributes["mesh_hash"] != scene.mesh_hash:
-        raise NoWeightsError(f"{path.name} is for another anatomy or mesh: train weights for this one with `rom train`")
+        raise NoWeightsError(f"{path.name} is for another body or mesh: train weights for this one with `rom train`")
     model = load(path, scene)
     return model if precision is None else model.in_precision(precision)
 
