@@ -28,7 +28,7 @@ IDLE = 10.0
 """Seconds without a whole request after which a connection is closed."""
 PAUSE, SILENCE = 0.2, 60.0
 """Seconds after a failed accept until the next, and between two words of the log on those."""
-_HOST = re.compile(r"(?:\[([0-9a-f:.]{2,45})\]|([0-9a-z.-]{1,253}))(?::[0-9]{1,5})?", re.ASCII | re.IGNORECASE)
+_HOST = re.compile(r"(?:\[([0-9a-f.:]*:[0-9a-f.:]*)\]|([0-9a-z.-]{1,253}))(?::[0-9]{1,5})?", re.ASCII | re.IGNORECASE)
 
 
 def why_foreign(request: web.BaseRequest, own: str) -> str:

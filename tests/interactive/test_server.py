@@ -1,9 +1,10 @@
 """The server by a real socket on loopback: two browsers, superseding, cancelling, hostile messages, downloads."""
 
 import asyncio
+import errno
 import json
 import os
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from types import SimpleNamespace
 
 import aiohttp
@@ -12,8 +13,9 @@ import numpy as np
 import pytest
 
 from rom.datasets import read_dataset
-from rom.interactive import wire
+from rom.interactive import door, server, wire
 from rom.interactive.server import listen, make_application, opened
+from rom.interactive.worker import Worker
 from rom.metamodels import method_names
 
 PATIENCE = 120.0
@@ -372,6 +374,120 @@ def test_files_and_their_headers(talk):
     talk(scenario)
 
 
+def headers_and_words(answer):
+    """Status, header names and body of a raw answer."""
+    head, _, body = answer.partition(b"\r\n\r\n")
+    lines = head.decode("latin-1").split("\r\n")
+    return int(lines[0].split()[1]), {line.partition(":")[0] for line in lines[1:]}, body.decode()
+
+
+async def raw(client, text):
+    reader, writer = await asyncio.open_connection(client.host, client.port)
+    writer.write(text)
+    answer = await asyncio.wait_for(reader.read(), PATIENCE)
+    writer.close()
+    return headers_and_words(answer)
+
+
+@pytest.mark.parametrize("text", [
+    b"\x16\x03\x01\x02\x00\x01\x00\xfc\r\n\r\n", b"GET / HTTP/1.1\r\nHo st: x\r\n\r\n",
+    b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: -1\r\n\r\n",
+    b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\n\r\n"])
+def test_what_is_no_request_gets_a_short_answer_with_the_headers(talk, caplog, text):
+    async def scenario(client):
+        status, names, body = await raw(client, text)
+        assert status == 400
+        assert body == "Bad Request: the page is at /\n"
+        assert {"Content-Security-Policy", "X-Content-Type-Options", "X-Frame-Options"} <= names
+    talk(scenario)
+    assert caplog.text == ""
+
+
+@pytest.mark.parametrize("host", [
+    "127.0.0.1/evil", "evil.com@127.0.0.1", "127.0.0.1#evil", "127.0.0.1?evil", "127.0.0.1:80:80", "127.0.0.1\\evil",
+    "localhost.", "[127.0.0.1]", "127.1", "0x7f000001"])
+def test_odd_hosts_are_refused(talk, host):
+    async def scenario(client):
+        status, names, body = await raw(client, f"GET / HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n".encode())
+        assert status == 403
+        assert "Content-Security-Policy" in names
+        assert body.count("\n") == 1
+    talk(scenario)
+
+
+# ---- connections --------------------------------------------------------------------------------------------
+
+
+def test_idle_connections_make_room_for_a_page(talk):
+    async def scenario(client):
+        client.door.most = 4
+        idle = [await asyncio.open_connection(client.host, client.port) for _ in range(6)]
+        idle[-1][1].write(b"GET / HTTP/1.1\r\nHost: 127.0")  # half a request is none
+        async with client.get("/") as response, client.ws_connect("/socket") as socket:
+            assert response.status == 200
+            assert (await Browser(socket).ask("field"))[0]["answer"] == "field"
+            assert len(client.door.visitors) <= 4
+        assert await asyncio.wait_for(idle[0][0].read(), PATIENCE) == b""
+        for _, writer in idle:
+            writer.close()
+    talk(scenario)
+
+
+def test_who_asks_for_nothing_is_sent_away_and_who_has_a_page_open_is_not(talk, monkeypatch):
+    monkeypatch.setattr(door, "IDLE", 0.3)
+
+    async def scenario(client):
+        async with client.ws_connect("/socket") as socket:
+            reader, writer = await asyncio.open_connection(client.host, client.port)
+            for letter in b"GET / HTTP":  # slowly
+                writer.write(bytes([letter]))
+                await asyncio.sleep(0.01)
+            with suppress(ConnectionResetError):
+                assert await asyncio.wait_for(reader.read(), PATIENCE) == b""
+            await asyncio.sleep(0.4)
+            assert (await Browser(socket).ask("field"))[0]["answer"] == "field"
+    talk(scenario)
+
+
+def test_a_browser_that_takes_nothing_is_sent_away(talk, monkeypatch, page):
+    monkeypatch.setattr(server, "LONGEST_SENDING", 0.3)
+    (page / "large.js").write_bytes(b"x" * 40_000_000)
+
+    async def scenario(client):
+        _, writer = await asyncio.open_connection(client.host, client.port, limit=1024)
+        writer.write(b"GET /page/large.js HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        await asyncio.sleep(0.1)
+        while client.door.visitors:
+            await asyncio.sleep(0.01)
+        writer.close()
+    try:
+        talk(scenario)
+    finally:
+        (page / "large.js").unlink()
+
+
+def test_where_no_connection_can_be_accepted_one_line_says_so(talk, monkeypatch, caplog):
+    async def scenario(client):
+        loop, failures = asyncio.get_running_loop(), []
+        real = loop.sock_accept
+
+        async def accept(bound):
+            if len(failures) < 5:
+                failures.append(bound)
+                raise OSError(errno.EMFILE, "Too many open files")
+            return await real(bound)
+
+        monkeypatch.setattr(loop, "sock_accept", accept)
+        for _ in range(2):  # the first is taken by the accept that waits already
+            async with client.get("/", headers={"Connection": "close"}) as response:
+                assert response.status == 200
+        assert len(failures) == 5
+    monkeypatch.setattr(door, "PAUSE", 0.01)
+    talk(scenario)
+    assert [record.getMessage() for record in caplog.records] == [
+        "no connection can be accepted ([Errno 24] Too many open files); the server tries on"]
+
+
 # ---- downloads ----------------------------------------------------------------------------------------------
 
 
@@ -401,6 +517,35 @@ def test_a_saved_field_is_read_back(talk, engine, tmp_path, frequency):
     else:
         found = grid.point_data["displacement_m"]
     np.testing.assert_array_equal(found, expected)
+
+
+def test_downloads_are_few_and_end_with_their_browser(talk, monkeypatch):
+    begun, ended = [], []
+
+    async def solve(worker, job):
+        begun.append(job)
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.append(job)
+
+    async def scenario(client):
+        async def download():
+            async with client.get("/save/field.vtu?method=direct&f=77") as response:
+                return response.status
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Worker, "solve", solve)
+            asked = [asyncio.create_task(download()) for _ in range(server.MOST_DOWNLOADS + 3)]
+            refused, waiting = await asyncio.wait(asked, timeout=2.0)
+            assert [task.result() for task in refused] == [503] * 3
+            assert len(begun) == len(waiting) == server.MOST_DOWNLOADS
+            for task in waiting:
+                task.cancel()
+            while len(ended) < len(begun):
+                await asyncio.sleep(0.01)
+        assert await download() == 200
+    talk(scenario)
 
 
 def test_a_direct_field_is_saved_too(talk):

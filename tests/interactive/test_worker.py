@@ -69,6 +69,23 @@ def test_cancelling_kills_it_and_the_next_job_starts_another(harmonic, pause):
     with_worker(scenario)
 
 
+@pytest.mark.parametrize("pause", [0.0, 0.3, 3.0])  # before the process has started, while it does, while it solves
+def test_however_often_one_is_cancelled_another_is_not_disturbed(harmonic, pause):
+    async def scenario(worker):
+        many = CaseArrays(np.zeros((1000, 1), int), np.ones((1000, 1)), np.linspace(1, 300, 1000), np.full(1000, 0.1))
+        first = asyncio.create_task(worker.solve(job(harmonic, many)))
+        await asyncio.sleep(pause)
+        others = [asyncio.create_task(worker.solve(job(harmonic))) for _ in range(3)]
+        for _ in range(5):
+            first.cancel()
+            others[1].cancel()
+            await asyncio.sleep(0)
+        found = await asyncio.gather(first, *others, return_exceptions=True)
+        assert [isinstance(one, asyncio.CancelledError) for one in found] == [True, False, True, False]
+        np.testing.assert_array_equal(found[1].values, found[3].values)
+    with_worker(scenario)
+
+
 def test_what_cannot_be_solved_is_told_in_one_sentence(tiny_harmonic):
     async def scenario(worker):
         with pytest.raises(SolverError, match="is no method"):
