@@ -12,6 +12,8 @@ from typing import Self
 
 import numpy as np
 
+from rom.checks import shown
+
 KINDS = ("bound", "estimate", "none")
 SMALLEST_TOLERANCE = 1e-11
 """What a direct solve in double precision reaches: unit roundoff times what a fingertip's condition makes of it."""
@@ -70,7 +72,7 @@ def check_tolerance(tolerance: float) -> float:
     """
     if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float, np.integer, np.floating)) or not (
             math.isfinite(tolerance) and tolerance > 0):
-        raise ValueError(f"tolerance={tolerance!r} is no relative error: give a number above 0, such as 1e-3")
+        raise ValueError(f"tolerance={shown(tolerance)} is no relative error: give a number above 0, such as 1e-3")
     if tolerance < SMALLEST_TOLERANCE:
         raise ValueError(f"tolerance={tolerance:g} is below what double precision can reach on this model: give "
                          f"{SMALLEST_TOLERANCE:g} or more")

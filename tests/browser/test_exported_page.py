@@ -45,7 +45,7 @@ def test_the_bytes_answer_as_python_at_every_pad_node(inside, krylov, frequency,
 def test_the_whole_surface_moves(inside, krylov):
     tip = krylov.scene.body.fingertip
     cases = CaseArrays(np.array([[2, 5]]), np.array([[0.1, -0.3]]), np.array([150.0]), np.array([0.1]))
-    field = krylov.scene.on_all_nodes(krylov.evaluate(cases, "field"))[0]
+    field = krylov.scene.body.grid.on_all_nodes(krylov.evaluate(cases, "field"))[0]
     ours = inside.displacement(np.array([2, 5]), np.array([0.1, -0.3]), 150.0, 0.1)
     whole = field[inside.arrays["vertex_node"]]
     assert np.linalg.norm(ours - whole) <= ALLOWED_DEVIATION * np.linalg.norm(whole)
