@@ -444,6 +444,7 @@ def test_who_asks_for_nothing_is_sent_away_and_who_has_a_page_open_is_not(talk, 
                 await asyncio.sleep(0.01)
             with suppress(ConnectionResetError):
                 assert await asyncio.wait_for(reader.read(), PATIENCE) == b""
+            writer.close()
             await asyncio.sleep(0.4)
             assert (await Browser(socket).ask("field"))[0]["answer"] == "field"
     talk(scenario)
